@@ -1,0 +1,188 @@
+"""Chessboard corners: found by OpenCV's two finders, placed by a saddle fit, put in one order."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from stereo_lab.errors import CalibrationError
+
+CLASSIC = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
+SECTOR = cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY
+FIND_WIDTH = 1280  # boards are found in pictures no wider than this; corners are placed in the full one
+SADDLE_OF_SQUARE = 0.2  # radius of the saddle fit, as a part of the square
+STEPS = 8
+
+
+def find_corners(image, board):
+    """Inner corners of a chessboard, to about a twentieth of a pixel.
+
+    ``cv2.findChessboardCorners`` first and ``cv2.findChessboardCornersSB`` where it fails; then a
+    quadratic saddle is fitted to the blurred picture round each corner.
+
+    Parameters
+    ----------
+    image : ndarray, BGR or grey, uint8
+    board : Board
+
+    Returns
+    -------
+    ndarray, shape (rows * columns, 2), float32, or None
+        Row by row. None where no whole board of this size is seen.
+    """
+    grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
+    scale = min(1.0, FIND_WIDTH / max(grey.shape))
+    small = grey if scale == 1 else cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    for finder in (_classic, _sector):
+        corners = finder(small, (board.columns, board.rows))
+        if corners is not None:
+            corners = (corners + 0.5) / scale - 0.5
+            corners = _place(grey, corners, board)
+            if not _goes_on(grey, corners, board):
+                return _one_order(grey, corners, board)
+    return None
+
+
+def _classic(grey, size):
+    found, corners = cv2.findChessboardCorners(grey, size, flags=CLASSIC)
+    return corners.reshape(-1, 2) if found else None
+
+
+def _sector(grey, size):
+    """The sector finder on the picture twice as large, where small boards are found as well."""
+    large = cv2.resize(grey, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
+    found, corners = cv2.findChessboardCornersSB(large, size, flags=SECTOR)
+    return (corners.reshape(-1, 2) + 0.5) / 2 - 0.5 if found else None
+
+
+def _spacing(corners, board):
+    """Smallest distance between neighbours, px."""
+    grid = corners.reshape(board.rows, board.columns, 2)
+    return min(np.linalg.norm(np.diff(grid, axis=axis), axis=-1).min() for axis in (0, 1))
+
+
+def _place(grey, corners, board):
+    """Move each corner to the saddle point of the brightness round it.
+
+    The picture is blurred, a·x² + b·x·y + c·y² + d·x + e·y + f is fitted to a small disc, and its
+    saddle is where both slopes are zero.
+    """
+    radius = max(3, round(SADDLE_OF_SQUARE * _spacing(corners, board)))
+    start = cv2.cornerSubPix(
+        grey, corners.reshape(-1, 1, 2).astype(np.float32), (radius, radius), (-1, -1),
+        (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 40, 1e-3),
+    ).reshape(-1, 2)  # fmt: skip
+    smooth = cv2.GaussianBlur(grey.astype(np.float32), (0, 0), max(1.0, radius / 3))
+    y, x = np.mgrid[-radius : radius + 1, -radius : radius + 1].astype(float)
+    disc = x**2 + y**2 <= radius**2 + 0.5
+    terms = np.stack([x**2, x * y, y**2, x, y, np.ones_like(x)], -1)[disc]
+    solve = np.linalg.pinv(terms)
+    return np.array([_saddle(smooth, corner, solve, disc, radius) for corner in start], np.float32)
+
+
+def _saddle(smooth, corner, solve, disc, radius):
+    point = corner.astype(float)
+    for _ in range(STEPS):
+        patch = cv2.getRectSubPix(smooth, disc.shape, (float(point[0]), float(point[1])))
+        a, b, c, d, e, _ = solve @ patch[disc]
+        hessian = np.array([[2 * a, b], [b, 2 * c]])
+        if np.linalg.det(hessian) >= 0:
+            return corner  # a hill or a valley: no chessboard corner to improve
+        step = -np.linalg.solve(hessian, [d, e])
+        point = point + step
+        if np.linalg.norm(point - corner) > radius:
+            return corner
+        if np.linalg.norm(step) < 1e-3:
+            break
+    return point
+
+
+def _contrast(grey, points, across, down):
+    """How much each point looks like a corner of a chessboard: opposite quarters alike, neighbours not."""
+    total = np.zeros(len(points))
+    for sx, sy in ((1, 1), (1, -1), (-1, -1), (-1, 1)):
+        where = points + 0.35 * (sx * across + sy * down)
+        values = cv2.remap(
+            grey.astype(np.float32), where[:, 0].astype(np.float32), where[:, 1].astype(np.float32),
+            cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE,
+        ).ravel()  # fmt: skip
+        total += sx * sy * values
+    return np.abs(total)
+
+
+def _beyond(grey, corners, board):
+    """Mean contrast one step outside each edge of the grid, as a part of the contrast inside.
+
+    About 1 where the board goes on, about 0.5 along its own edge, where half of the quarters are margin.
+    """
+    grid = corners.reshape(board.rows, board.columns, 2)
+    result = []
+    for turned in (grid, grid[::-1], grid.transpose(1, 0, 2), grid.transpose(1, 0, 2)[::-1]):
+        out = turned[0] - turned[1]
+        along = np.gradient(turned[0], axis=0)
+        inside = np.median(_contrast(grey, turned[0], along, out))
+        outside = np.median(_contrast(grey, turned[0] + 1.03 * out, along, out))
+        result.append(outside / max(inside, 1e-6))
+    return result
+
+
+def _goes_on(grey, corners, board):
+    """True where the real board is larger than the one looked for."""
+    if min(board.rows, board.columns) < 2:
+        return False
+    return max(_beyond(grey, corners, board)) > 0.78
+
+
+def _one_order(grey, corners, board):
+    """The same first corner in every picture.
+
+    With one count odd and one even, a board turned by 180° has its colours swapped: the first square
+    is to be the dark one. Other boards look the same both ways; there the rows run to the right.
+    """
+    if (board.columns + board.rows) % 2:
+        grid = corners.reshape(board.rows, board.columns, 2)
+        centres = (grid[:-1, :-1] + grid[1:, :-1] + grid[:-1, 1:] + grid[1:, 1:]) / 4
+        values = cv2.remap(grey, centres.astype(np.float32), None, cv2.INTER_LINEAR).astype(float)
+        dark = np.add.outer(np.arange(board.rows - 1), np.arange(board.columns - 1)) % 2 == 0
+        turned = values[dark].mean() > values[~dark].mean()
+    else:
+        turned = corners[-1, 0] + corners[board.columns - 1, 0] < corners[0, 0] + corners[-board.columns, 0]
+    return np.ascontiguousarray(corners[::-1]) if turned else corners
+
+
+def match_order(left, right, board):
+    """The right camera's corners in the order of the left one's (the cameras stand upright, side by side)."""
+    across = (left[-1] - left[0]) @ (right[-1] - right[0])
+    return right if across > 0 else np.ascontiguousarray(right[::-1])
+
+
+def check_board_size(pairs, board):
+    """Raise CalibrationError that names the board's real size, if another size fits most pictures."""
+    tries = {}
+    shown = list(pairs)[:: max(1, len(pairs) // 4)][:4]
+    for pair in shown:
+        for size in _neighbours(board):
+            if find_corners(pair.left, size) is not None:
+                tries[size.columns, size.rows] = tries.get((size.columns, size.rows), 0) + 1
+                break
+    if not tries:
+        return
+    (columns, rows), _ = max(tries.items(), key=lambda item: item[1])
+    counted = " You counted squares; count the corners where four squares meet." if (
+        sorted((board.columns, board.rows)) == sorted((columns + 1, rows + 1))
+    ) else ""
+    raise CalibrationError(
+        f"The board was said to have {board.columns}x{board.rows} inner corners; the pictures show "
+        f"{columns}x{rows}.{counted} Set board columns to {columns} and rows to {rows}."
+    )
+
+
+def _neighbours(board):
+    """Other sizes, the likeliest mistakes first."""
+    from dataclasses import replace
+
+    changes = [(-1, -1), (1, 1), (0, -1), (-1, 0), (0, 1), (1, 0), (-2, -2), (2, 2), (-1, -2), (-2, -1), (1, 2), (2, 1)]
+    for columns, rows in ((board.columns, board.rows), (board.rows, board.columns)):
+        for dc, dr in changes:
+            if columns + dc >= 3 and rows + dr >= 3:
+                yield replace(board, columns=columns + dc, rows=rows + dr)

@@ -1,0 +1,17 @@
+"""What goes wrong, in plain words: what was expected, what came, what to do next."""
+
+
+class StereoLabError(Exception):
+    """Bad input or a step that cannot go on. The message is written for the person at the keyboard."""
+
+
+class RecordingError(StereoLabError):
+    """A recording, a picture or a table that cannot be used."""
+
+
+class CalibrationError(StereoLabError):
+    """Boards from which no calibration can be made, or a calibration that does not fit."""
+
+
+class UnreachableTargetError(StereoLabError):
+    """A point that the arm cannot reach."""
