@@ -19,7 +19,6 @@ import poses
 import rig as rigs
 import scene
 
-SAMPLES = {"room": 112, "ball": 128, "around": 64}
 DATE = "2026-11-20"
 
 
@@ -90,7 +89,7 @@ class Studio:
             camera = self.rig.cameras[side]
             empty = scene.assemble(self.rig.room, self._extra(frame.backdrop), frame.light)
             seed = int(poses.stream(self.rig, "room", *key).integers(1 << 20))
-            self._empty[key] = optics.trace(empty, camera, (0, 0, *camera.image_size), SAMPLES["room"], seed)
+            self._empty[key] = optics.trace(empty, camera, (0, 0, *camera.image_size), self.rig.samples["room"], seed)
         return self._empty[key]
 
     def _expose(self, picture, frame, side, set_name):
@@ -108,12 +107,12 @@ class Studio:
         for parts in zip(*moments, strict=True):
             points = np.concatenate([part.grid.reshape(-1, 3) for part in parts])
             for cloud in (points, *self._shadows(points, frame.light)):
-                boxes.append((_box_round(camera, cloud, 6), SAMPLES["around"]))
+                boxes.append((_box_round(camera, cloud, 6), self.rig.samples["around"]))
         boxes = _united(boxes)
         if frame.ball is not None:
             radius = self.rig.recording["ball"]["diameter_mm"] / 2
             corners = [np.add(b, np.multiply(radius, c)) for b in frame.path or (frame.ball,) for c in CUBE]
-            boxes.append((_box_round(camera, np.array(corners), 6), SAMPLES["ball"]))
+            boxes.append((_box_round(camera, np.array(corners), 6), self.rig.samples["ball"]))
         return [(b, s) for b, s in boxes if b[2] > 0 and b[3] > 0]
 
     def _shadows(self, points, light):

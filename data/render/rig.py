@@ -76,6 +76,7 @@ class Rig:
     cameras: dict
     room: dict
     sets: dict
+    samples: dict  # light paths a pixel for the empty "room", the "ball", and what is "around" it
     bend_mm: float = 0.3
     ruler_mm: float = 0.5
 
@@ -108,6 +109,7 @@ def load_rig(name, seed=None):
         cameras={side: _camera(size, c) for side, c in spec["cameras"].items()},
         room=spec["room"],
         sets=spec["sets"],
+        samples=spec["samples"],
         bend_mm=spec.get("bend_mm", 0.3),
         ruler_mm=spec.get("ruler_mm", 0.5),
     )
