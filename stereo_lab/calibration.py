@@ -24,7 +24,8 @@ FOLDS = 5
 FEWEST = 3  # pairs without which nothing can be solved
 FEWEST_TO_HOLD_OUT = 8
 OUTLIER = 3.0  # times the median reprojection error
-SHAPE_ROUNDS = 5
+SHAPE_ROUNDS = 4
+EXACT = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 60, 1e-9)  # for undoing the distortion
 
 __all__ = ["StereoCalibration", "calibrate_recording", "calibrate_stereo", "find_corners"]
 
@@ -131,12 +132,7 @@ class StereoCalibration:
         """Raw pixels of one camera to rectified pixels, shape (N, 2) (``cv2.undistortPoints``)."""
         points = np.asarray(points_Nx2, float).reshape(-1, 1, 2)
         rotation, projection = self._rectified[side]
-        criteria = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 60, 1e-9)
-        matrix, distortion = self.camera(side)
-        flat = cv2.undistortPointsIter(points, matrix, distortion, rotation, projection, criteria) if hasattr(
-            cv2, "undistortPointsIter"
-        ) else cv2.undistortPoints(points, matrix, distortion, None, rotation, projection, criteria)
-        return flat.reshape(-1, 2)
+        return cv2.undistortPoints(points, *self.camera(side), R=rotation, P=projection, criteria=EXACT).reshape(-1, 2)
 
     def triangulate(self, left_Nx2, right_Nx2):
         """Rectified pixels of both cameras to points in the rectified left frame.
@@ -292,8 +288,7 @@ def calibrate_stereo(pairs, board, progress=None):
             f"pairs; at least {FEWEST} are needed, and 15 to 25 are good. Take more, sharp and well lit, "
             "with the whole board in both pictures."
         )
-    lens, heldout = _choose_lens(views, board, size)
-    fit, kept = _fit_without_outliers(views, board, size, LENSES[lens])
+    lens, fit, kept, heldout = _choose_lens(views, board, size)
     _check_sides(fit)
     dropped += [(views[i].name, _why_dropped(fit, views[i], board, size)) for i in range(len(views)) if i not in kept]
     used = [views[i] for i in kept]
@@ -444,29 +439,30 @@ def _check_sides(fit):
 
 
 def _choose_lens(views, board, size):
-    """The lens model that tells unseen pairs best, and its errors there: (name, (px, percent))."""
-    if len(views) < FEWEST_TO_HOLD_OUT:
-        return "brown", (None, None)
-    best, best_errors = None, None
+    """The lens model that tells unseen pairs best: (name, fit, kept views, errors on unseen pairs)."""
+    best = None
     for name, lens in LENSES.items():
-        errors = _heldout_errors(views, board, size, lens)
+        fit, kept = _fit_without_outliers(views, board, size, lens)
+        if len(views) < FEWEST_TO_HOLD_OUT:
+            return name, fit, kept, (None, None)
+        errors = _heldout_errors(views, kept, board, size, lens)
         # A richer model must earn its place: a tenth better, or the plain one stays.
-        if best is None or (errors is not None and np.prod(errors) < 0.9 * np.prod(best_errors)):
-            best, best_errors = name, errors
-    return best, best_errors or (None, None)
+        if best is None or np.prod(errors) < 0.9 * np.prod(best[3]):
+            best = name, fit, kept, errors
+    return best
 
 
-def _heldout_errors(views, board, size, lens):
-    """Mean rectified |Δv| (px) and diagonal error (%) of pairs that the fit has not seen."""
+def _heldout_errors(views, kept, board, size, lens):
+    """Mean rectified |Δv| (px) and diagonal error (%) of pairs that the fit has not seen.
+
+    Outliers are left out of the fit, never of the test: every pair is held out once.
+    """
     errors = []
-    try:
-        for fold in range(FOLDS):
-            seen = [view for view in views if view.index % FOLDS != fold]
-            unseen = [view for view in views if view.index % FOLDS == fold]
-            fit, _ = _fit_without_outliers(seen, board, size, lens)
-            errors += [_unseen_errors(fit, view, board, size) for view in unseen]
-    except CalibrationError:
-        return None
+    for fold in range(FOLDS):
+        seen = [views[i] for i in kept if views[i].index % FOLDS != fold]
+        unseen = [view for view in views if view.index % FOLDS == fold]
+        fit = _fit(seen, board, size, lens)
+        errors += [_unseen_errors(fit, view, board, size) for view in unseen]
     return tuple(float(e) for e in np.mean(errors, 0))
 
 

@@ -1,0 +1,136 @@
+"""Make the kit's own environment, then run it.
+
+python3 lab.py              opens the course in JupyterLab
+python3 lab.py test         runs the tests
+python3 lab.py ANYTHING     runs `stereo-lab ANYTHING`
+
+Standard library only. The environment lies in .venv beside this file and is made from
+environment.txt; while that is up to date, nothing is touched.
+"""
+
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+VENV = os.path.join(HERE, ".venv")
+BIN = os.path.join(VENV, "Scripts" if os.name == "nt" else "bin")
+PYTHON = os.path.join(BIN, "python.exe" if os.name == "nt" else "python")
+STAMP = os.path.join(VENV, "stereo_lab.stamp")
+OLDEST = (3, 10)
+SPACE_MB = 900
+ME = "py lab.py" if os.name == "nt" else "python3 lab.py"
+
+
+class SetupError(Exception):
+    """Something that the person at the keyboard can put right."""
+
+
+def say(text):
+    sys.stderr.write(str(text) + "\n")
+
+
+def main(arguments):
+    try:
+        check_python()
+        if not up_to_date():
+            make_environment()
+    except SetupError as error:
+        say(error)
+        return 2
+    except KeyboardInterrupt:
+        say("\nStopped. Run it again to go on: " + ME)
+        return 130
+    return run(arguments)
+
+
+def check_python():
+    if sys.version_info[:2] < OLDEST:
+        found = ".".join(str(n) for n in sys.version_info[:2])
+        raise SetupError(
+            "This kit needs Python 3.10 or newer; this is Python " + found + ". "
+            "Install a newer one, then run it with that: " + ("py -3.12 lab.py" if os.name == "nt" else "python3.12 lab.py")
+        )
+
+
+def wanted():
+    """What the environment is made from, as one line: a changed line makes it out of date."""
+    digest = hashlib.sha256(repr((sys.version_info[:2], HERE)).encode("utf-8"))
+    for name in ("environment.txt", "pyproject.toml"):
+        with open(os.path.join(HERE, name), "rb") as file:
+            digest.update(file.read().replace(b"\r\n", b"\n"))
+    return digest.hexdigest()
+
+
+def up_to_date():
+    try:
+        with open(STAMP, encoding="utf-8") as file:
+            return file.read() == wanted() and os.path.exists(PYTHON)
+    except OSError:
+        return False
+
+
+def make_environment():
+    """Make .venv anew. The stamp is written last, so a half-made environment is made again."""
+    say("Setting up the kit (once; about a minute, 600 MB) ...")
+    try:
+        free_mb = shutil.disk_usage(HERE).free // 2**20
+        if free_mb < SPACE_MB:
+            raise SetupError("The disk has %d MB left; the kit needs %d MB. Free some space, then: %s" % (free_mb, SPACE_MB, ME))
+        if os.path.isdir(VENV):
+            shutil.rmtree(VENV)
+        uv = shutil.which("uv")
+        if uv:
+            step([uv, "venv", "--quiet", "--python", sys.executable, VENV], "make .venv")
+            install = [uv, "pip", "install", "--quiet", "--python", PYTHON]
+        else:
+            import venv
+
+            venv.EnvBuilder(with_pip=True).create(VENV)
+            install = [PYTHON, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+        step(install + ["-r", os.path.join(HERE, "environment.txt")], "install the packages")
+        step(install + ["--no-deps", "--no-build-isolation", "-e", HERE], "install the kit")
+        with open(STAMP, "w", encoding="utf-8") as file:
+            file.write(wanted())
+    except OSError as error:
+        raise SetupError("Cannot make %s: %s. Check the folder's permissions and the disk, then: %s" % (VENV, error.strerror or error, ME))
+    except subprocess.CalledProcessError as error:
+        raise SetupError("Cannot make %s: %s. On Debian and Ubuntu: sudo apt install python3-venv. Then: %s" % (VENV, error, ME))
+
+
+def step(command, what):
+    """Run one command of the set-up; a failure becomes one sentence with the last lines of its output."""
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, cwd=HERE)
+    if done.returncode == 0:
+        return
+    output = done.stdout.decode("utf-8", "replace")
+    last = "\n    ".join(output.strip().splitlines()[-4:])
+    low = output.lower()
+    if "no space left" in low:
+        why = "the disk is full"
+    elif any(sign in low for sign in ("connection", "resolve", "network", "timed out", "dns", "unreachable")):
+        why = "the packages could not be fetched: is this computer online, and may it download?"
+    else:
+        why = "a step failed"
+    raise SetupError("Could not %s: %s\n    %s\nThen run it again: %s" % (what, why, last, ME))
+
+
+def run(arguments):
+    """Run `stereo-lab`, or open the course. Returns its exit code."""
+    if arguments:
+        command = [PYTHON, "-m", "stereo_lab"] + arguments
+    else:
+        command = [PYTHON, "-m", "jupyterlab", os.path.join(HERE, "notebooks", "00_start_here.ipynb")]
+    # The environment's own tools come first on the path, as in an activated environment.
+    environment = dict(os.environ, PATH=BIN + os.pathsep + os.environ.get("PATH", ""), VIRTUAL_ENV=VENV)
+    environment["STEREO_LAB_COMMAND"] = ME
+    try:
+        return subprocess.run(command, env=environment).returncode
+    except KeyboardInterrupt:
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,87 @@
+"""Lesson 04: depth from disparity, d = u_left − u_right in rectified pixels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereo_lab.errors import StereoLabError
+
+STEPS = 60
+
+
+@dataclass(frozen=True)
+class IdealDepth:
+    """Z = B·f/d (Eq. 3): two equal cameras that look exactly the same way."""
+
+    baseline_mm: float
+    focal_px: float
+
+    def predict(self, disparity_px):
+        """Depth in mm for one disparity or an array."""
+        return self.baseline_mm * self.focal_px / np.asarray(disparity_px, float)
+
+
+@dataclass(frozen=True, eq=False)
+class PaperDepth:
+    """Z = m'''·d⁻¹ − n'''·d + c''' (Eq. 4), fitted on samples; three are solved exactly."""
+
+    m: float  # mm·px
+    n: float  # mm/px
+    c: float  # mm
+    residuals_mm: np.ndarray
+
+    @classmethod
+    def fit(cls, disparity_px_N, depth_mm_N):
+        """Least squares, unconstrained: the signs come out as they come out."""
+        d, depth = _samples(disparity_px_N, depth_mm_N)
+        terms = np.column_stack([1 / d, -d, np.ones_like(d)])
+        m, n, c = np.linalg.lstsq(terms, depth, rcond=None)[0]
+        return cls(float(m), float(n), float(c), terms @ [m, n, c] - depth)
+
+    def predict(self, disparity_px):
+        """Depth in mm for one disparity or an array."""
+        d = np.asarray(disparity_px, float)
+        return self.m / d - self.n * d + self.c
+
+
+@dataclass(frozen=True, eq=False)
+class OffsetDepth:
+    """Z = a/(d − d0) + c: Eq. 3 for cameras that squint a little (d0) and a tape that starts elsewhere (c)."""
+
+    a: float  # mm·px
+    d0: float  # px
+    c: float  # mm
+    residuals_mm: np.ndarray
+
+    @classmethod
+    def fit(cls, disparity_px_N, depth_mm_N):
+        """Least squares by Gauss-Newton steps from d0 = 0; every sample counts in pixels, not in mm."""
+        d, depth = _samples(disparity_px_N, depth_mm_N)
+        a, c = np.linalg.lstsq(np.column_stack([1 / d, np.ones_like(d)]), depth, rcond=None)[0]
+        d0 = 0.0
+        weight = d**2 / np.median(d**2)  # a pixel is worth Z², so 1/d², millimetres
+        for _ in range(STEPS):
+            gap = d - d0
+            terms = np.column_stack([1 / gap, a / gap**2, np.ones_like(d)])
+            error = depth - (a / gap + c)
+            step = np.linalg.lstsq(terms * weight[:, None], error * weight, rcond=None)[0]
+            step *= min(1.0, 0.5 * gap.min() / max(abs(step[1]), 1e-12))  # never past the nearest sample
+            a, d0, c = a + step[0], d0 + step[1], c + step[2]
+        return cls(float(a), float(d0), float(c), a / (d - d0) + c - depth)
+
+    def predict(self, disparity_px):
+        """Depth in mm for one disparity or an array."""
+        return self.a / (np.asarray(disparity_px, float) - self.d0) + self.c
+
+
+def _samples(disparity, depth):
+    d, depth = np.asarray(disparity, float).ravel(), np.asarray(depth, float).ravel()
+    if len(d) != len(depth) or len(d) < 3 or len(np.unique(d.round(6))) < 3:
+        raise StereoLabError(
+            f"Expected three samples or more at different depths; got {len(d)} disparities and {len(depth)} depths."
+        )
+    if not (np.isfinite(d).all() and np.isfinite(depth).all() and (d > 0).all()):
+        raise StereoLabError("A disparity is not a number above zero: are left and right swapped?")
+    return d, depth

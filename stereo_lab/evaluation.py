@@ -1,0 +1,226 @@
+"""Both ways, measured on one recording: the numbers behind ``stereo-lab demo`` and its report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from stereo_lab.calibration import calibrate_recording
+from stereo_lab.detection import HUES, BallDetector
+from stereo_lab.errors import StereoLabError
+from stereo_lab.localization import Localizer
+from stereo_lab.recording import open_recording
+
+METHODS = ("paper", "cone")
+AXES = ("x_mm", "y_mm", "depth_mm")
+
+
+@dataclass(eq=False)
+class Results:
+    """What a demo run found; ``facts()`` is its JSON."""
+
+    recording: object
+    calibration: object
+    localizers: dict = field(default_factory=dict)
+    snaps: dict | None = None
+    clutter: dict | None = None
+    found: dict = field(default_factory=dict)  # method -> list of (Sample, Position or None)
+    centers: dict = field(default_factory=dict)  # method -> list of (du, dv), px
+    disparity_sigma_px: float | None = None
+
+    @property
+    def limit_depth_mm(self):
+        """Mean of Z² / (f·B)·σ_d over the volume poses, σ_d as measured."""
+        depths = [judge(s).depth_mm for s, _ in self.found.get("cone", []) if s.use == "volume"]
+        if not depths or self.disparity_sigma_px is None:
+            return None
+        return float(np.mean(self.calibration.depth_per_px(np.array(depths))) * self.disparity_sigma_px)
+
+    def errors(self, method, use):
+        """x, y and depth errors in mm of one method, shape (N, 3), and the true depths, shape (N,)."""
+        rows = [
+            [p.x_mm - judge(s).x_mm, p.y_mm - judge(s).y_mm, p.depth_mm - judge(s).depth_mm, judge(s).depth_mm]
+            for s, p in self.found.get(method, [])
+            if s.use == use and p is not None
+        ]
+        rows = np.array(rows, float).reshape(-1, 4)
+        return rows[:, :3], rows[:, 3]
+
+    def facts(self):
+        """Everything as plain numbers, ready for JSON; None where the recording lacks the set."""
+        centers = {m: _center_facts(self.centers[m]) for m in METHODS if self.centers.get(m)}
+        return {
+            "recording": self.recording.name,
+            "rendered": self.recording.rendered,
+            "calibration": self.calibration.facts(),
+            "detection": self.snaps,
+            "clutter": self.clutter,
+            "evaluation": {m: self._evaluation_facts(m) for m in METHODS if self.found.get(m)} or None,
+            "center_px": centers or None,
+            "disparity_sigma_px": self.disparity_sigma_px,
+            "limit_depth_mm": self.limit_depth_mm,
+        }
+
+    def _evaluation_facts(self, method):
+        facts = {}
+        for use in ("volume", "plane"):
+            errors, _ = self.errors(method, use)
+            facts[use] = {axis: _spread(errors[:, k]) for k, axis in enumerate(AXES)} if len(errors) else None
+            if facts[use]:
+                rows = [(s, p) for s, p in self.found[method] if s.use == use]
+                facts[use]["missed"] = sum(p is None for _, p in rows)
+        facts["missed"] = sum(p is None for _, p in self.found[method])
+        return facts
+
+
+def judge(sample):
+    """The exact place where it is known, else the one measured with a ruler."""
+    return sample.truth or sample.measured
+
+
+def _spread(errors):
+    size = np.abs(errors)
+    return {"mean": float(size.mean()), "p95": float(np.percentile(size, 95)), "max": float(size.max())}
+
+
+def _center_facts(offsets):
+    distance = np.hypot(*np.array(offsets).T)
+    return {"mean": float(distance.mean()), "max": float(distance.max())}
+
+
+def is_hit(detection, circle):
+    """A hit: a centre within max(3 px, a quarter of the radius) of the true (u, v, radius_px)."""
+    if detection is None:
+        return False
+    u, v, radius = circle
+    return bool(np.hypot(detection.u - u, detection.v - v) <= max(3.0, radius / 4))
+
+
+def evaluate(recording, report=lambda step, done, total: None):
+    """Run the whole chain, the paper's way and ours, on all sets that a recording has.
+
+    Parameters
+    ----------
+    recording : Recording
+    report : callable (step, done, total), told about progress
+
+    Returns
+    -------
+    Results
+    """
+    calibration = calibrate_recording(recording, lambda done, total: report("calibrate the cameras", done, total))
+    results = Results(recording, calibration)
+    if "snaps" in recording.sets and recording.truth:
+        results.snaps = _snaps(recording, calibration, report)
+    clutter = clutter_of(recording)
+    if clutter is not None:
+        results.clutter = _clutter(clutter, calibration, report)
+    if {"position", "depth"} <= set(recording.sets):
+        for method in METHODS:
+            results.localizers[method] = Localizer.fit(recording, method, calibration)
+        if "evaluation" in recording.sets:
+            _evaluate_poses(results, report)
+    return results
+
+
+def _snaps(recording, calibration, report):
+    """Frames and hits of both methods over the snaps (left camera)."""
+    detectors = {m: BallDetector(recording.ball.color, m, calibration.camera("left")) for m in METHODS}
+    hits = dict.fromkeys(METHODS, 0)
+    pairs = recording.pairs("snaps")
+    for k, pair in enumerate(pairs):
+        report("find the ball in single pictures", k, len(pairs))
+        true = recording.true_ball("snaps", pair.name)
+        for method, detector in detectors.items():
+            hits[method] += _right(detector.detect(pair.left), true, "left")
+    report("find the ball in single pictures", len(pairs), len(pairs))
+    return {m: {"frames": len(pairs), "hits": hits[m]} for m in METHODS}
+
+
+def _right(detection, true, side):
+    """The right ball, or rightly none."""
+    return detection is None if true is None else is_hit(detection, true[side])
+
+
+def clutter_of(recording):
+    """The recording of clutter that the same cameras took, beside this one; None where there is none."""
+    for path in sorted(Path(recording.path.parent).glob("*/recording.json")):
+        try:
+            other = open_recording(path.parent)
+        except StereoLabError:
+            continue
+        if other.calibrated_by == recording.name and other.truth:
+            return other
+    return None
+
+
+def _clutter(clutter, calibration, report):
+    """Frames, and how many were answered rightly: the right ball, or rightly none."""
+    frames = [(s, pair) for s in clutter.sets for pair in clutter.pairs(s)]
+    right = dict.fromkeys(METHODS, 0)
+    for k, (set_name, pair) in enumerate(frames):
+        report("tell the ball from clutter", k, len(frames))
+        color = set_name if set_name in HUES else clutter.ball.color
+        true = clutter.true_ball(set_name, pair.name)
+        for method in METHODS:
+            right[method] += _clutter_right(method, color, clutter, calibration, pair, true)
+    report("tell the ball from clutter", len(frames), len(frames))
+    return {m: {"frames": len(frames), "right": int(right[m])} for m in METHODS}
+
+
+def _clutter_right(method, color, clutter, calibration, pair, true):
+    detectors = [BallDetector(color, method, calibration.camera(side)) for side in ("left", "right")]
+    if pair.right_path is None:
+        return _right(detectors[0].detect(pair.left), true, "left")
+    if method == "paper":
+        found = [d.detect(image) for d, image in zip(detectors, (pair.left, pair.right), strict=True)]
+        found = None if None in found else found
+    else:
+        pair_finder = Localizer(calibration, "cone", tuple(detectors), (), 0.0, clutter.ball.diameter_mm, np.empty((0, 3)))
+        found = pair_finder.detect(pair.left, pair.right)
+    if found is None or true is None:
+        return found is None and true is None
+    return all(is_hit(d, true[side]) for d, side in zip(found, ("left", "right"), strict=True))
+
+
+def _evaluate_poses(results, report):
+    """Locate the ball in every evaluation pair with both methods."""
+    recording, calibration = results.recording, results.calibration
+    samples = recording.samples("evaluation")
+    results.found = {m: [] for m in METHODS}
+    results.centers = {m: [] for m in METHODS}
+    raw_paper = BallDetector(recording.ball.color, "paper")
+    misses = []
+    for k, sample in enumerate(samples):
+        report("locate the ball in pairs", k, len(samples))
+        left, right = sample.pair.left, sample.pair.right
+        results.found["paper"].append((sample, results.localizers["paper"].locate(left, right)))
+        cone = results.localizers["cone"]
+        pair = cone.detect(left, right)
+        results.found["cone"].append((sample, None if pair is None else cone.position(*pair)))
+        true = recording.true_ball("evaluation", sample.pair.name)
+        if true is None:
+            continue
+        circles = (true["left"], true["right"])
+        results.centers["paper"] += _offsets((raw_paper.detect(left), raw_paper.detect(right)), circles)
+        if pair is not None:
+            results.centers["cone"] += _offsets(pair, circles)
+            if sample.use == "volume":
+                misses.append(_disparity_error(calibration, pair, circles))
+    report("locate the ball in pairs", len(samples), len(samples))
+    if misses:
+        results.disparity_sigma_px = float(np.sqrt(np.mean(np.square(misses))))
+
+
+def _offsets(detections, circles):
+    return [(d.u - c[0], d.v - c[1]) for d, c in zip(detections, circles, strict=True) if d is not None]
+
+
+def _disparity_error(calibration, pair, circles):
+    """Disparity found minus disparity of the true centres, rectified px."""
+    sides = ("left", "right")
+    seen = [calibration.rectify_points([[d.u, d.v]], s)[0, 0] for d, s in zip(pair, sides, strict=True)]
+    true = [calibration.rectify_points([c[:2]], s)[0, 0] for c, s in zip(circles, sides, strict=True)]
+    return (seen[0] - seen[1]) - (true[0] - true[1])

@@ -1,0 +1,88 @@
+"""Every figure. Plot functions take ``ax``, return ``ax``, and compute nothing.
+
+Colours are those of Okabe and Ito; marker and dash tell the same story to whoever sees no colour.
+"""
+
+from __future__ import annotations
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+BLUE, ORANGE, GREEN, VERMILION, BLACK = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#000000"
+STYLE = {"font.size": 12, "axes.titlesize": 13, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 100}
+
+
+def figure(rows=1, columns=1, height=4.5, width=11.0):
+    """A figure in the kit's style; returns figure and axes."""
+    with plt.rc_context(STYLE):
+        return plt.subplots(rows, columns, figsize=(width, height), layout="constrained", squeeze=False)
+
+
+def show_image(image, title, ax=None):
+    """A BGR picture with its own shape."""
+    ax = ax or plt.gca()
+    ax.imshow(image[..., ::-1], interpolation="nearest")
+    ax.set_title(title)
+    ax.set_xticks([])
+    ax.set_yticks([])
+    ax.grid(False)
+    return ax
+
+
+def side_by_side(left, right, rows_px, title, ax=None):
+    """Two pictures next to each other with lines at the same rows through both."""
+    ax = show_image(np.hstack([left, right]), title, ax)
+    for k, row in enumerate(rows_px):
+        ax.axhline(row, color=(ORANGE, BLUE)[k % 2], linestyle=("-", "--")[k % 2], linewidth=1.4)
+    return ax
+
+
+def mark_ball(u, v, radius_px, ax=None, color=BLUE):
+    """A circle and a cross on a ball."""
+    ax = ax or plt.gca()
+    ax.add_patch(plt.Circle((u, v), radius_px, fill=False, color=color, linewidth=2))
+    ax.plot(u, v, "+", color=color, markersize=12, markeredgewidth=2)
+    return ax
+
+
+def line_fit(pixels, lengths_mm, check_pixels, check_mm, line, names, title, ax=None):
+    """Samples, check samples and the straight line through them; names are the axis labels."""
+    ax = ax or plt.gca()
+    span = np.array([min(*pixels, *check_pixels), max(*pixels, *check_pixels)])
+    ax.plot(span, line.predict(span), "-", color=BLACK, linewidth=1.5, label="fitted line")
+    ax.plot(pixels, lengths_mm, "o", color=BLUE, markersize=9, label="samples to fit")
+    ax.plot(check_pixels, check_mm, "s", color=VERMILION, markersize=8, label="samples to check")
+    ax.set_xlabel(names[0])
+    ax.set_ylabel(names[1])
+    ax.set_title(title)
+    ax.legend()
+    return ax
+
+
+def scatter_errors(x_mm, y_mm, limit_mm, title, ax=None, color=BLUE, marker="o"):
+    """Errors in x and y round zero, with the paper's ±1 cm as a box."""
+    ax = ax or plt.gca()
+    ax.plot(x_mm, y_mm, marker, color=color, markersize=7, alpha=0.8)
+    box = plt.Rectangle((-limit_mm, -limit_mm), 2 * limit_mm, 2 * limit_mm, fill=False, color=BLACK, linestyle="--")
+    ax.add_patch(box)
+    reach = 1.2 * max(limit_mm, *np.abs(x_mm), *np.abs(y_mm))
+    ax.set_xlim(-reach, reach)
+    ax.set_ylim(-reach, reach)
+    ax.set_aspect("equal")
+    ax.set_xlabel("error in x (mm)")
+    ax.set_ylabel("error in y (mm)")
+    ax.set_title(title)
+    return ax
+
+
+def histogram_errors(errors_mm, title, ax=None, color=BLUE, hatch=""):
+    """How often each depth error occurs, with its mean size as a dashed line."""
+    ax = ax or plt.gca()
+    size = np.abs(errors_mm)
+    ax.hist(size, bins=12, color=color, edgecolor="white", hatch=hatch)
+    ax.axvline(size.mean(), color=BLACK, linestyle="--")
+    ax.annotate(f" mean {size.mean():.1f} mm", (size.mean(), 0.92), xycoords=("data", "axes fraction"))
+    ax.set_xlabel("size of the depth error (mm)")
+    ax.set_ylabel("number of pairs")
+    ax.set_title(title)
+    return ax
