@@ -282,7 +282,8 @@ def calibrate_stereo(pairs, board, progress=None):
     pairs = list(pairs)
     views, dropped, size = _find_views(pairs, board, progress)
     if len(views) < FEWEST:
-        check_board_size(pairs, board)
+        if len(views) < len(pairs) / 2:
+            check_board_size(pairs, board)
         raise CalibrationError(
             f"The board with {board.columns}x{board.rows} inner corners was found in {len(views)} of {len(pairs)} "
             f"pairs; at least {FEWEST} are needed, and 15 to 25 are good. Take more, sharp and well lit, "
@@ -377,7 +378,7 @@ def _fit(views, board, size, lens):
             )  # fmt: skip
             rms, k1, d1, k2, d2, rotation, translation = solved[:7]
             used_shape, shape = shape, _board_shape(shape, flat, left, right, solved)
-    except cv2.error as error:
+    except (cv2.error, np.linalg.LinAlgError) as error:
         raise CalibrationError(
             "No two cameras explain these boards: the corners contradict each other. "
             "Check that left and right were taken at the same moment, and the board's size."

@@ -16,14 +16,18 @@ SEARCH_WIDTH = 400  # blobs are looked for in a picture made this small, then on
 MOST_BLOBS = 12
 MOST_CIRCLES = 3  # a blob
 TRIALS = 240  # circles through three points of an outline
-LEAST_RADIUS_PX = 3.0
-MOST_PASSES = 8
-SETTLED_PX = 0.01
+LEAST_RADIUS_PX, LEAST_OF_WIDTH = 3.0, 0.006
+MOST_PASSES = 6
+SETTLED_PX, ROUGHLY_SETTLED_PX = 0.015, 0.2
+
+CLEAN = 0.85  # score of a ball so clear that nothing else is looked for inside it
 
 # When is a round thing a ball?
-LEAST_SUPPORT = 0.5  # part of the rim where the edge lies on the fitted curve
+LEAST_SUPPORT = 0.45  # part of the rim where the edge lies on the fitted curve, for a long rim
+CHANCE = 1.0  # a rim of n px must have CHANCE / √n more: few pixels look round by chance
 LEAST_FILL = 0.5  # part of the inside that has the ball's colour
 LEAST_CONTRAST = 10.0  # grey levels across the edge
+LEAST_DROP = 0.3  # in likeness, 0…1, where the ball's colour ends
 LEAST_SHADE = 0.06  # a ball is lighter on one side; a printed disc is flat
 
 
@@ -56,14 +60,13 @@ def find_balls(image, color, camera=None, offset=(0, 0)):
     for scale in _scales(image.shape[1]):
         balls = []
         for circle in _circles(image, color, scale):
-            if any(_within(circle, ball, offset) for ball in balls):
+            if any(ball.score > CLEAN and _within(circle, ball, offset) for ball in balls):
                 continue
             ball = measure(image, circle, color, camera, offset)
             if ball is not None and ball.score > 0:
                 balls.append(ball)
-        balls = _distinct(sorted(balls, key=lambda b: -b.score))
         if balls:
-            return balls
+            return sorted(_distinct(balls), key=_weight, reverse=True)
     return []
 
 
@@ -73,15 +76,27 @@ def _scales(width):
     return (coarse,) if coarse == 1.0 else (coarse, min(1.0, 2 * coarse))
 
 
+def least_radius(width):
+    """The smallest ball worth looking for in a picture of this width, px."""
+    return max(LEAST_RADIUS_PX, LEAST_OF_WIDTH * width)
+
+
 def _within(circle, ball, offset):
     """True where a circle starts inside a ball that is found already."""
     u, v = ball.center[0] - offset[0], ball.center[1] - offset[1]
     return np.hypot(circle[0] - u, circle[1] - v) < 0.6 * ball.radius_px
 
 
+def _weight(ball):
+    """The score, less for small things: a few pixels look round by chance, a long rim does not."""
+    rim = 2 * np.pi * ball.radius_px * ball.support
+    return ball.score * rim / (rim + 20)
+
+
 def _distinct(balls):
+    """Of round things that overlap, the one with the longest supported rim."""
     kept = []
-    for ball in balls:
+    for ball in sorted(balls, key=lambda b: -b.support * b.radius_px):
         apart = [np.hypot(ball.center[0] - k.center[0], ball.center[1] - k.center[1]) for k in kept]
         if all(d > 0.7 * max(ball.radius_px, k.radius_px) for d, k in zip(apart, kept, strict=True)):
             kept.append(ball)
@@ -98,7 +113,7 @@ def _circles(image, color, scale):
     mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
     count, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=4)
     areas = stats[1:, cv2.CC_STAT_AREA]
-    least = max(6, np.pi * (LEAST_RADIUS_PX * scale) ** 2 * 0.5)
+    least = max(6, np.pi * (least_radius(image.shape[1]) * scale) ** 2 * 0.5)
     order = [i + 1 for i in np.argsort(-areas)[:MOST_BLOBS] if areas[i] >= least]
     rng = np.random.default_rng(1)
     circles = []
@@ -162,41 +177,93 @@ def _through(triples):
 
 
 def measure(image, circle, color, camera=None, offset=(0, 0)):
-    """Follow the edge of one round thing and judge it: a :class:`Round`, or None."""
-    u, v, radius = circle
-    height, width = image.shape[:2]
-    curve = None
-    for step in range(MOST_PASSES):
-        if not (LEAST_RADIUS_PX <= radius <= 0.6 * max(height, width) and -radius < u < width + radius and -radius < v < height + radius):
-            return None
-        band = max(3.0, 0.45 * radius) if step == 0 else max(2.5, 0.16 * radius)
-        points, strong, seen = edge_points(image, u, v, radius, band)
-        if strong.sum() < max(6, 0.35 * len(points)):
-            return None
-        tolerance = max(0.6, 0.05 * radius)
-        curve = fit_circle(points[strong], tolerance)
-        if step > 0 and curve is not None:
-            curve = _exact(points[strong], curve, camera, offset, tolerance) or curve
-        if curve is None:
-            return None
-        moved = np.hypot(curve.u - u, curve.v - v) + abs(curve.radius_px - radius)
-        u, v, radius = curve.u, curve.v, curve.radius_px
-        if step > 0 and moved < SETTLED_PX:
-            break
-    residual = np.abs(curve.residuals(points))
-    on_curve = strong & (residual < max(0.5, 0.04 * radius))
-    support = on_curve.sum() / max(1, len(points))
+    """Follow the edge of one round thing and judge it: a :class:`Round`, or None.
+
+    First where the *ball's colour* ends, which marbling and shade do not disturb; then, from there,
+    where *any* colour changes most, which is more exact and sees a red ball before a red cloth.
+    """
+    rough = _follow(image, circle, lambda u, v, r, band: color_edge(image, u, v, r, band, color), 0.06, None, offset)
+    start = circle if rough is None else (rough.u, rough.v, rough.radius_px)
+    fine = _follow(image, start, lambda u, v, r, band: edge_points(image, u, v, r, band), 0.05, camera, offset, rough, True)
+    if fine is not None and rough is not None and not _agree(fine, rough):
+        fine = None
+    curve = fine or rough
+    if curve is None:
+        return None
+    u, v, radius = curve.u, curve.v, curve.radius_px
+    support, seen = _support(image, curve, color)
     fill, shade = _inside(image, u, v, radius, color)
-    score = _score(support, fill, shade, seen)
+    score = _score(support, 2 * np.pi * radius, fill, shade, seen)
     center = curve.center
     return Round((center[0] + offset[0], center[1] + offset[1]), curve.ball_radius_px, support, fill, shade, score)
 
 
-def _score(support, fill, shade, seen):
+def _follow(image, circle, edge, share, camera, offset, curve=None, exact=False):
+    """Fit a curve to the edge, look again round that curve, until it stays where it is.
+
+    Unless ``exact``, the curve is a circle and need not settle finely: it only says where to look.
+    """
+    u, v, radius = circle
+    height, width = image.shape[:2]
+    for step in range(MOST_PASSES):
+        inside = -radius < u < width + radius and -radius < v < height + radius
+        if not (least_radius(width) <= radius <= 0.6 * max(height, width) and inside):
+            return None
+        wide = curve is None
+        points, strong, _ = edge(u, v, radius, max(3.0, 0.45 * radius) if wide else max(2.5, 0.16 * radius))
+        if strong.sum() < max(6, 0.3 * len(points)):
+            return None
+        tolerance = max(0.6, share * radius)
+        if wide or step == 0:
+            curve = fit_circle(points[strong], tolerance)
+        if curve is not None and exact and (step or not wide):
+            curve = _exact(points[strong], curve, camera, offset, tolerance) or curve
+        elif curve is not None and not wide and step:
+            curve = _again(points[strong], curve, tolerance)
+        if curve is None:
+            return None
+        moved = np.hypot(curve.u - u, curve.v - v) + abs(curve.radius_px - radius)
+        u, v, radius = curve.u, curve.v, curve.radius_px
+        if step > 0 and moved < (SETTLED_PX if exact else ROUGHLY_SETTLED_PX):
+            break
+    return curve
+
+
+def _agree(fine, rough):
+    """True where both edges tell of the same ball."""
+    allowed = 1.0 + 0.12 * rough.radius_px
+    apart = np.hypot(fine.u - rough.u, fine.v - rough.v)
+    return apart < allowed and abs(fine.radius_px - rough.radius_px) < allowed
+
+
+def _support(image, curve, color):
+    """Part of the rim on which one of the two edges lies, and part of the rim that is in the picture."""
+    u, v, radius = curve.u, curve.v, curve.radius_px
+    band = max(2.5, 0.16 * radius)
+    sharp, clear, seen = edge_points(image, u, v, radius, band)
+    ends, ending, _ = color_edge(image, u, v, radius, band, color)
+    on_curve = clear & (np.abs(curve.residuals(sharp)) < max(0.5, 0.04 * radius))
+    on_curve |= ending & (np.abs(curve.residuals(ends)) < max(0.8, 0.06 * radius))
+    return float(on_curve.mean()), seen
+
+
+def _score(support, rim_px, fill, shade, seen):
     """0 where one condition fails, else up to 1."""
-    if support < LEAST_SUPPORT or fill < LEAST_FILL or shade < LEAST_SHADE or seen < 0.5:
+    if support < LEAST_SUPPORT + CHANCE / np.sqrt(rim_px) or fill < LEAST_FILL or shade < LEAST_SHADE or seen < 0.5:
         return 0.0
     return float(support * min(1.0, fill / 0.9))
+
+
+def _rays(u, v, radius, band):
+    """Directions, sample distances and sample places of rays across the rim of a circle."""
+    count = int(np.clip(2 * np.pi * radius, 40, 140))
+    angle = np.arange(count) * 2 * np.pi / count
+    ray = np.stack([np.cos(angle), np.sin(angle)], 1)
+    step = max(0.25, 2 * band / 64)
+    radii = np.arange(max(0.0, radius - band), radius + band, step)
+    x = (u + ray[:, :1] * radii).astype(np.float32)
+    y = (v + ray[:, 1:] * radii).astype(np.float32)
+    return ray, radii, x, y, step
 
 
 def edge_points(image, u, v, radius, band):
@@ -209,31 +276,40 @@ def edge_points(image, u, v, radius, band):
     -------
     points : ndarray, shape (rays, 2), px
     strong : ndarray of bool, shape (rays,): the edge is clear, and inside the picture
-    seen : float, part of the rays that end inside the picture
+    seen : float, part of the rays whose edge is inside the picture
     """
-    count = int(np.clip(2 * np.pi * radius, 40, 180))
-    angle = np.arange(count) * 2 * np.pi / count
-    ray = np.stack([np.cos(angle), np.sin(angle)], 1)
-    start = max(0.0, radius - band)
-    step = max(0.25, 2 * band / 64)
-    radii = np.arange(start, radius + band, step)
-    x = (u + ray[:, :1] * radii).astype(np.float32)
-    y = (v + ray[:, 1:] * radii).astype(np.float32)
-    colors = _light(image, x, y)
-    sigma = max(0.1, 0.6 / step)
-    colors = cv2.GaussianBlur(colors, (0, 0), sigmaX=sigma, sigmaY=0.01, borderType=cv2.BORDER_REPLICATE)
+    ray, radii, x, y, step = _rays(u, v, radius, band)
+    colors = _along(_light(image, x, y), max(0.1, 0.6 / step))
     third = max(2, len(radii) // 3)
-    inner, outer = colors[:, :third].mean(1), colors[:, -third:].mean(1)
-    across = inner - outer
+    across = colors[:, :third].mean(1) - colors[:, -third:].mean(1)
     contrast = np.linalg.norm(across, axis=1)
     slope = -np.einsum("rkc,rc->rk", np.diff(colors, axis=1), across / np.maximum(contrast, 1e-6)[:, None])
-    middle = (radii[:-1] + radii[1:]) / 2
-    place, height = _peak(slope, middle, step)
+    place, steep = _peak(slope, (radii[:-1] + radii[1:]) / 2, step, 1.5)
     points = np.array([u, v]) + ray * place[:, None]
-    size = np.array(image.shape[1::-1])
-    inside = ((points > 0.5) & (points < size - 1.5)).all(1)
-    strong = inside & (contrast > LEAST_CONTRAST) & (height > 0)
-    return points, strong, float(inside.mean())
+    inside = _in_picture(points, image)
+    return points, inside & (contrast > LEAST_CONTRAST) & (steep > 0), float(inside.mean())
+
+
+def color_edge(image, u, v, radius, band, color):
+    """Where the ball's colour ends along rays from a centre; returns the same as :func:`edge_points`."""
+    ray, radii, x, y, step = _rays(u, v, radius, band)
+    colors = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    likeness = _along(color.likeness(colors).astype(np.float32) / 255, max(0.7, 0.04 * radius) / step)
+    third = max(2, len(radii) // 3)
+    drop = likeness[:, :third].mean(1) - likeness[:, -third:].mean(1)
+    place, steep = _peak(-np.diff(likeness, axis=1), (radii[:-1] + radii[1:]) / 2, step, max(1.5, 0.1 * radius))
+    points = np.array([u, v]) + ray * place[:, None]
+    inside = _in_picture(points, image)
+    return points, inside & (drop > LEAST_DROP) & (steep > 0), float(inside.mean())
+
+
+def _along(profiles, sigma):
+    """Blur along the rays (axis 1) and not across them."""
+    return cv2.GaussianBlur(profiles, (0, 0), sigmaX=sigma, sigmaY=0.01, borderType=cv2.BORDER_REPLICATE)
+
+
+def _in_picture(points, image):
+    return ((points > 0.5) & (points < np.array(image.shape[1::-1]) - 1.5)).all(1)
 
 
 # Cameras store brightness on a curve (sRGB, close to the power 1/2.2). Blur mixes light, not stored
@@ -248,10 +324,10 @@ def _light(image, x, y):
     return cv2.remap(part, x - x0, y - y0, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
 
 
-def _peak(slope, middle, step):
+def _peak(slope, middle, step, reach_px):
     """Centroid of the slope round its highest value, for every ray."""
     best = slope.argmax(1)
-    reach = max(2, int(round(1.5 / step)))
+    reach = max(2, int(round(reach_px / step)))
     index = np.clip(best[:, None] + np.arange(-reach, reach + 1), 0, slope.shape[1] - 1)
     near = np.clip(np.take_along_axis(slope, index, 1), 0, None)
     total = near.sum(1)
@@ -395,10 +471,14 @@ def fit_circle(points, tolerance):
     distance = np.hypot(points[None, :, 0] - centers[:, :1], points[None, :, 1] - centers[:, 1:])
     held = (np.abs(distance - radii[:, None]) < tolerance).sum(1)
     k = int(held.argmax())
-    circle = Circle(*centers[k], radii[k])
-    for _ in range(4):
+    return _again(points, Circle(*centers[k], radii[k]), tolerance)
+
+
+def _again(points, circle, tolerance):
+    """Weighted least squares from a circle that is nearly right; far points count nothing."""
+    for _ in range(3):
         weights = _trust(circle.residuals(points), tolerance)
-        if weights.sum() < 5:
+        if np.count_nonzero(weights) < 5:
             return None
         circle = _solve_circle(points, weights)
     return circle
@@ -422,7 +502,7 @@ def _trust(residuals, tolerance):
 
 def _exact(points, curve, camera, offset, tolerance):
     """The cone (with a camera) or the ellipse (without) through the same edge."""
-    for _ in range(4):
+    for _ in range(2):
         weights = _trust(curve.residuals(points), tolerance)
         if (weights > 0).sum() < 8:
             return None

@@ -14,7 +14,7 @@ SADDLE_OF_SQUARE = 0.2  # radius of the saddle fit, as a part of the square
 STEPS = 8
 
 
-def find_corners(image, board):
+def find_corners(image, board, finders=None):
     """Inner corners of a chessboard, to about a twentieth of a pixel.
 
     ``cv2.findChessboardCorners`` first and ``cv2.findChessboardCornersSB`` where it fails; then a
@@ -24,6 +24,7 @@ def find_corners(image, board):
     ----------
     image : ndarray, BGR or grey, uint8
     board : Board
+    finders : sequence of functions, optional; else both of OpenCV's
 
     Returns
     -------
@@ -33,7 +34,7 @@ def find_corners(image, board):
     grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
     scale = min(1.0, FIND_WIDTH / max(grey.shape))
     small = grey if scale == 1 else cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    for finder in (_classic, _sector):
+    for finder in finders or (_classic, _sector):
         corners = finder(small, (board.columns, board.rows))
         if corners is not None:
             corners = (corners + 0.5) / scale - 0.5
@@ -159,10 +160,10 @@ def match_order(left, right, board):
 def check_board_size(pairs, board):
     """Raise CalibrationError that names the board's real size, if another size fits most pictures."""
     tries = {}
-    shown = list(pairs)[:: max(1, len(pairs) // 4)][:4]
+    shown = list(pairs)[:: max(1, len(pairs) // 3)][:3]
     for pair in shown:
         for size in _neighbours(board):
-            if find_corners(pair.left, size) is not None:
+            if find_corners(pair.left, size, (_classic,)) is not None:
                 tries[size.columns, size.rows] = tries.get((size.columns, size.rows), 0) + 1
                 break
     if not tries:

@@ -199,10 +199,10 @@ def detect_paper(image, color):
     mask = color.mask(image)
     if not 0 < np.count_nonzero(mask) < MASK_LIMIT * mask.size:
         return None
-    blurred = cv2.GaussianBlur(mask, (BLUR_PX, BLUR_PX), 2)
+    blurred = cv2.GaussianBlur(mask, (BLUR_PX, BLUR_PX), 0)
     largest = int(HOUGH_RADII[1] * image.shape[0])
     circles = cv2.HoughCircles(
-        blurred, cv2.HOUGH_GRADIENT, dp=1, minDist=image.shape[0], param1=100, param2=10,
+        blurred, cv2.HOUGH_GRADIENT, dp=1, minDist=image.shape[0], param1=200, param2=10,
         minRadius=HOUGH_RADII[0], maxRadius=largest,
     )  # fmt: skip
     if circles is None:
@@ -242,7 +242,7 @@ def _table_from_pixels(ball, rest):
         counts = np.zeros((BINS, BINS, BINS), np.float32)
         np.add.at(counts, tuple((pixels >> 3).T), 1)
         shares.append(_spread(counts) / len(pixels))
-    prior = 0.02  # a ball covers about a fiftieth of a picture
+    prior = 0.1  # a ball covers a few hundredths of a picture; its rarer tints count as well
     seen = prior * shares[0] / (prior * shares[0] + (1 - prior) * shares[1] + 1e-7)
     return (255 * np.clip(seen, 0, 1)).astype(np.uint8)
 
@@ -251,7 +251,8 @@ def _spread(counts):
     """Gaussian blur of a colour histogram: brightness may change more than tint."""
     for axis in range(3):
         moved = np.moveaxis(counts, axis, 0)
-        blurred = cv2.GaussianBlur(np.ascontiguousarray(moved.reshape(BINS, -1)), (1, 7), 0, sigmaX=0.1, sigmaY=1.0)
+        flat = np.ascontiguousarray(moved.reshape(BINS, -1))
+        blurred = cv2.filter2D(flat, -1, cv2.getGaussianKernel(7, 1.0), borderType=cv2.BORDER_CONSTANT)
         counts = np.moveaxis(blurred.reshape(moved.shape), 0, axis)
     grey = np.zeros_like(counts)
     for step in range(-3, 4):  # along the grey diagonal: the same tint, lighter or darker

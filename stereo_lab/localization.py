@@ -13,7 +13,7 @@ from stereo_lab.errors import RecordingError, StereoLabError
 from stereo_lab.position import LineFit, RigidFit
 from stereo_lab.recording import Position
 
-CENTER_SIGMA_PX = 0.04  # how well a ball's centre is known, for weighing samples
+CENTER_SIGMA_PX = 0.03  # how well a ball's centre is known, for weighing samples
 RULER_SIGMA_MM = 0.6  # a ruler read to whole millimetres
 CANDIDATES = 5
 ROW_PX, ROW_OF_RADIUS = 2.0, 0.1  # rows of the two centres may differ by this

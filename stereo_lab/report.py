@@ -130,7 +130,7 @@ def draw_epipolar(results):
 
 def draw_detection(results):
     """Fig. 4: from the picture to the circle."""
-    from stereo_lab.detection import BallColor, detect_paper
+    from stereo_lab.detection import BLUR_PX, BallColor, detect_paper
 
     image = results.recording.samples("position")[0].pair.left
     color = BallColor.named(results.recording.ball.color)
@@ -139,7 +139,7 @@ def draw_detection(results):
     cone = results.localizers["cone"].detectors[0].detect(image)
     fig, axes = plots.figure(1, 3, height=3.6, width=12)
     plots.show_image(cv2.cvtColor(mask, cv2.COLOR_GRAY2BGR), "In the colour range", axes[0, 0])
-    blurred = cv2.GaussianBlur(mask, (9, 9), 2)
+    blurred = cv2.GaussianBlur(mask, (BLUR_PX, BLUR_PX), 0)
     plots.show_image(cv2.cvtColor(blurred, cv2.COLOR_GRAY2BGR), "Blurred", axes[0, 1])
     plots.show_image(image, "Hough circle (dark), cone (light)", axes[0, 2])
     for detection, shade in ((found, plots.BLACK), (cone, plots.ORANGE)):

@@ -1,0 +1,139 @@
+"""Calibration against exact truth, another triangulation, and the mistakes that people make."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+from conftest import ROOT
+
+from stereo_lab.calibration import StereoCalibration, calibrate_stereo
+from stereo_lab.corners import find_corners
+from stereo_lab.errors import CalibrationError
+from stereo_lab.recording import Board, StereoPair
+
+
+def true_centers(recording, set_name):
+    rows = [recording.true_ball(set_name, pair.name) for pair in recording.pairs(set_name)]
+    return (np.array([r[side][:2] for r in rows]) for side in ("left", "right"))
+
+
+def test_bench_calibration_is_good(bench, bench_calibration):
+    assert bench_calibration.verdict == "good"
+    assert bench_calibration.rms_px < 0.10
+    left, right = true_centers(bench, "evaluation")
+    rows = bench_calibration.rectify_points(left, "left")[:, 1] - bench_calibration.rectify_points(right, "right")[:, 1]
+    assert np.abs(rows).mean() < 0.04
+
+
+def test_baseline_and_focal_length_are_the_true_ones(bench, bench_calibration):
+    cameras = bench.truth["cameras"]
+    baseline = np.linalg.norm(np.subtract(cameras["left"]["position_mm"], cameras["right"]["position_mm"]))
+    assert bench_calibration.baseline_mm == pytest.approx(baseline, abs=0.15)
+    assert bench_calibration.left_matrix[0, 0] == pytest.approx(cameras["left"]["matrix"][0][0], rel=0.002)
+
+
+def test_triangulate_agrees_with_opencv(bench, bench_calibration):
+    raw_left, raw_right = true_centers(bench, "position")
+    left, right = bench_calibration.rectify_points(raw_left, "left"), bench_calibration.rectify_points(raw_right, "right")
+    right[:, 1] = left[:, 1]
+    projections = [bench_calibration._rectified[side][1] for side in ("left", "right")]
+    points = cv2.triangulatePoints(*projections, left.T, right.T)
+    assert np.allclose(bench_calibration.triangulate(left, right), (points[:3] / points[3]).T, atol=1e-6)
+
+
+def test_save_and_load(bench_calibration, tmp_path):
+    path = tmp_path / "cal.json"
+    bench_calibration.save(path)
+    again = StereoCalibration.load(path)
+    assert again.facts() == bench_calibration.facts()
+    assert np.array_equal(again.rotation, bench_calibration.rotation)
+
+
+def test_load_refuses_other_files(tmp_path):
+    path = tmp_path / "x.json"
+    path.write_text('{"format": 1}')
+    with pytest.raises(CalibrationError, match="no calibration"):
+        StereoCalibration.load(path)
+
+
+def test_pictures_of_another_size_are_refused(bench_calibration):
+    other = np.zeros((720, 1280, 3), np.uint8)
+    with pytest.raises(CalibrationError, match="640x480.*1280x720"):
+        bench_calibration.rectify(other, other)
+
+
+def test_swapped_cameras_are_named(bench):
+    pairs = [replace(p, left_path=p.right_path, right_path=p.left_path) for p in bench.pairs("calibration")[:8]]
+    with pytest.raises(CalibrationError, match="swapped"):
+        calibrate_stereo(pairs, bench.board)
+
+
+@pytest.mark.parametrize("said", [(10, 7), (8, 5), (7, 10)])
+def test_wrong_board_size_is_named(bench, said):
+    with pytest.raises(CalibrationError, match=r"9x6|6x9"):
+        calibrate_stereo(bench.pairs("calibration")[:4], Board(*said, 25.0))
+
+
+def test_square_in_centimetres_is_guessed(bench):
+    result = calibrate_stereo(bench.pairs("calibration")[:7], replace(bench.board, square_mm=2.5))
+    assert result.verdict == "poor" and any("centimetres" in reason for reason in result.reasons)
+
+
+def test_too_few_boards(bench):
+    with pytest.raises(CalibrationError, match="at least 3"):
+        calibrate_stereo(bench.pairs("calibration")[:2], bench.board)
+
+
+def test_pairs_not_taken_together(bench):
+    pairs = bench.pairs("calibration")[:8]
+    mixed = [replace(p, right_path=q.right_path) for p, q in zip(pairs, pairs[1:] + pairs[:1], strict=True)]
+    try:
+        result = calibrate_stereo(mixed, bench.board)
+    except CalibrationError:
+        return
+    assert result.verdict == "poor"
+
+
+def test_corners_are_exact_on_a_drawn_board():
+    """A board drawn large with a known homography and made small: corners within 0.05 px."""
+    board, scale = Board(7, 5, 20.0), 8
+    squares = np.add.outer(np.arange(6), np.arange(8)) % 2
+    texture = np.pad((squares * 180 + 40).astype(np.uint8).repeat(40, 0).repeat(40, 1), 40, constant_values=220)
+    homography = np.array([[7.2, 0.9, 900], [-0.5, 7.0, 700], [1e-4, 2e-4, 1.0]])
+    large = cv2.warpPerspective(texture, homography, (640 * scale, 480 * scale), borderValue=200, flags=cv2.INTER_LINEAR)
+    image = cv2.resize(cv2.GaussianBlur(large, (0, 0), 0.6 * scale), (640, 480), interpolation=cv2.INTER_AREA)
+    found = find_corners(image, board)
+    inner = 80 + 40 * np.mgrid[:7, :5].T.reshape(-1, 2) - 0.5
+    true = cv2.perspectiveTransform(inner.reshape(-1, 1, 2).astype(float), homography).reshape(-1, 2)
+    true = (true + 0.5) / scale - 0.5
+    distance = np.linalg.norm(found[:, None] - true[None], axis=2).min(1)
+    assert distance.max() < 0.05
+
+
+@pytest.mark.slow
+def test_real_chessboards(real_pictures):
+    folder = real_pictures / "stereo_chessboard"
+    pairs = [
+        StereoPair(left.stem[-2:], left, folder / left.name.replace("left", "right"), None, True)
+        for left in sorted(folder.glob("left*.jpg"))
+    ]
+    result = calibrate_stereo(pairs, Board(11, 8, 12.0))
+    assert result.verdict == "good"
+    assert result.heldout_vertical_error_px < 0.055
+    assert result.heldout_length_error_percent < 0.11
+    assert result.baseline_mm == pytest.approx(49.3, abs=0.15)
+
+
+@pytest.mark.slow
+def test_second_rig(second_rig):
+    result = calibrate_stereo(second_rig.pairs("calibration"), second_rig.board)
+    assert result.rms_px < 0.10
+    left, right = true_centers(second_rig, "evaluation")
+    rows = result.rectify_points(left, "left")[:, 1] - result.rectify_points(right, "right")[:, 1]
+    assert np.abs(rows).mean() < 0.04
+
+
+def test_shipped_recordings_say_that_they_are_rendered():
+    for path in (ROOT / "data").glob("*/recording.json"):
+        assert '"made_by": "render"' in path.read_text(encoding="utf-8")

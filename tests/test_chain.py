@@ -1,0 +1,117 @@
+"""The whole chain, and every command as a user runs it."""
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+from stereo_lab.localization import Localizer
+
+
+def run(*arguments, cwd=ROOT):
+    """Run ``stereo-lab`` in a process of its own: (exit code, output, errors)."""
+    command = [sys.executable, "-m", "stereo_lab", *map(str, arguments)]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, capture_output=True, text=True, cwd=cwd, env=environment)
+    assert "Traceback" not in done.stderr
+    return done.returncode, done.stdout, done.stderr
+
+
+def errors_mm(localizer, recording):
+    rows = []
+    for sample in recording.samples("evaluation"):
+        place = localizer.locate(sample.pair.left, sample.pair.right)
+        assert place is not None, sample.pair.name
+        rows.append([place.x_mm - sample.truth.x_mm, place.y_mm - sample.truth.y_mm, place.depth_mm - sample.truth.depth_mm])
+    return np.abs(rows), np.array([s.use for s in recording.samples("evaluation")])
+
+
+def test_cone_localizer_on_bench(bench, bench_calibration):
+    errors, use = errors_mm(Localizer.fit(bench, calibration=bench_calibration), bench)
+    volume = errors[use == "volume"]
+    assert volume[:, :2].mean(0).max() < 0.5
+    assert volume[:, 2].mean() < 1.2 and np.percentile(volume[:, 2], 95) < 3.5
+
+
+def test_paper_localizer_holds_in_the_plane(bench, bench_calibration):
+    errors, use = errors_mm(Localizer.fit(bench, "paper", bench_calibration), bench)
+    assert np.percentile(errors[use == "plane"][:, :2], 95, axis=0).max() < 10
+    assert errors[use == "volume"][:, :2].mean() > 20  # and nowhere else: the lesson rests on it
+
+
+@pytest.mark.slow
+def test_cone_localizer_on_second_rig(second_rig):
+    localizer = Localizer.fit(second_rig)
+    errors, _ = errors_mm(localizer, second_rig)
+    depths = np.array([s.truth.depth_mm for s in second_rig.samples("evaluation")])
+    limit = (localizer.calibration.depth_per_px(depths) * 0.06).mean()
+    assert errors[:, 2].mean() < 2 * limit
+
+
+def test_detect_writes_json(tmp_path):
+    picture = ROOT / "data" / "bench" / "snaps" / "left" / "000.jpg"
+    code, out, _ = run("detect", picture, "--json", tmp_path / "d.json")
+    (row,) = json.loads((tmp_path / "d.json").read_text())
+    truth = json.loads((ROOT / "data/bench/truth.json").read_text())["sets"]["snaps"]["000"]["left"]
+    assert code == 0 and "radius" in out
+    assert row["detection"]["u"] == pytest.approx(truth[0], abs=1.5)
+
+
+def test_calibrate_writes_json(tmp_path):
+    code, out, _ = run("calibrate", "bench", "--json", tmp_path / "c.json")
+    facts = json.loads((tmp_path / "c.json").read_text())
+    assert code == 0 and "verdict: good" in out
+    assert facts["pairs"] == 24 and facts["pairs_used"] + len(facts["dropped"]) == 24
+
+
+@pytest.mark.slow
+def test_demo_writes_json_and_report(tmp_path):
+    code, out, _ = run("demo", "bench", "--json", tmp_path / "demo.json", "--report", tmp_path / "demo.html")
+    facts = json.loads((tmp_path / "demo.json").read_text())
+    assert code == 0 and "its method here" in out and "rendered recording" in out
+    assert facts["detection"]["cone"]["hits"] == facts["detection"]["cone"]["frames"] == 250
+    assert facts["detection"]["paper"]["hits"] >= 248
+    assert facts["evaluation"]["cone"]["volume"]["depth_mm"]["mean"] < facts["evaluation"]["paper"]["volume"]["depth_mm"]["mean"] / 10
+    page = (tmp_path / "demo.html").read_text(encoding="utf-8")
+    assert page.count("<img ") == 5 and "http" not in page
+
+
+def test_import_then_calibrate(tmp_path):
+    source = ROOT / "data" / "bench" / "calibration"
+    code, out, _ = run(
+        "import", "--left", source / "left" / "00*.jpg", "--right", source / "right" / "00*.jpg",
+        "--board", "9x6", "--square-mm", "25", "--out", tmp_path / "mine",
+    )  # fmt: skip
+    assert code == 0 and "10 pairs" in out
+    assert run("calibrate", tmp_path / "mine")[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("calibrate", "nowhere"), "no folder"),
+        (("demo", "nowhere"), "no folder"),
+        (("detect", "nowhere.jpg"), "Cannot read"),
+        (("detect", "README.md"), "broken"),
+        (("detect", "data/bench/snaps/left/000.jpg", "--color", "pink"), "pink"),
+        (("detect", "data/bench/snaps/left/000.jpg", "--color-from", "nowhere.csv"), "nowhere.csv"),
+        (("import", "--left", "no*.jpg", "--right", "no*.jpg", "--board", "9x6", "--square-mm", "25", "--out", "x"), "No file matches"),
+        (("import", "--left", "a", "--right", "b", "--board", "nine", "--square-mm", "25", "--out", "x"), "--board"),
+        (("import", "--left", "a", "--right", "b", "--board", "9x6", "--square-mm", "wide", "--out", "x"), "--square-mm"),
+        (("render", "nowhere"), "no rig"),
+        (("fly",), "invalid choice"),
+    ],
+)
+def test_bad_input_is_one_plain_sentence(arguments, says):
+    code, _, errors = run(*arguments)
+    assert code == 2 and says in errors
+
+
+def test_every_command_has_help_with_an_example():
+    for command in ("demo", "calibrate", "detect", "import", "render", "test"):
+        code, out, _ = run(command, "--help")
+        assert code == 0 and "example:" in out

@@ -1,0 +1,136 @@
+"""The detector against drawn balls, the shipped truth, and real photographs."""
+
+import cv2
+import numpy as np
+import pytest
+
+from stereo_lab import cone
+from stereo_lab.detection import BallColor, BallDetector
+from stereo_lab.errors import StereoLabError
+from stereo_lab.evaluation import is_hit
+from stereo_lab.recording import read_image, read_table
+
+MATRIX = np.array([[600.0, 0, 319.5], [0, 600, 239.5], [0, 0, 1]])
+CAMERA = (MATRIX, np.zeros(5))
+
+
+def draw_ball(center_mm, radius_mm=20.0, scale=6, ground=(190, 190, 190)):
+    """An exactly projected, shaded red ball: every ray that meets the sphere is red."""
+    height, width = 480 * scale, 640 * scale
+    v, u = np.mgrid[:height, :width]
+    rays = np.stack([((u + 0.5) / scale - 0.5 - 319.5) / 600, ((v + 0.5) / scale - 0.5 - 239.5) / 600, np.ones(u.shape)], -1)
+    center = np.asarray(center_mm, float)
+    along = rays @ center
+    square = (rays**2).sum(-1)
+    inside = along**2 - square * (center @ center - radius_mm**2)
+    hit = inside > 0
+    point = rays * ((along - np.sqrt(np.clip(inside, 0, None))) / square)[..., None]
+    normal = (point - center) / radius_mm
+    light = np.clip(normal @ [-0.4, -0.7, -0.6], 0, 1)
+    linear = np.full((height, width, 3), (np.array(ground) / 255) ** 2.2)
+    ball = np.array([0.02, 0.02, 0.5]) * (0.25 + 0.75 * light[..., None])
+    linear[hit] = ball[hit]
+    linear = cv2.resize(cv2.GaussianBlur(linear, (0, 0), 0.7 * scale), (640, 480), interpolation=cv2.INTER_AREA)
+    return np.round(255 * linear ** (1 / 2.2)).astype(np.uint8), MATRIX[:2] @ (center / center[2])
+
+
+@pytest.mark.parametrize("center", [(0, 0, 800), (300, -180, 800), (-150, 120, 1500), (-220, 160, 550)])
+def test_cone_finds_the_centre_of_a_drawn_ball(center):
+    image, pixel = draw_ball(center)
+    found = BallDetector(BallColor.named("red"), "cone", CAMERA).detect(image)
+    assert np.hypot(found.u - pixel[0], found.v - pixel[1]) < 0.06
+    radius = 600 * 20 / np.sqrt(np.dot(center, center) - 400)
+    assert found.radius_px == pytest.approx(radius, rel=0.03)
+
+
+def test_near_gives_the_same_as_a_whole_search():
+    image, _ = draw_ball((40, 30, 900))
+    detector = BallDetector("red", "cone", CAMERA)
+    whole = detector.detect(image)
+    again = detector.detect(image, near=whole)
+    assert (again.u, again.v) == pytest.approx((whole.u, whole.v), abs=0.03)
+
+
+def test_cone_recovers_an_exact_cone():
+    """Rays that touch a sphere, made without the detector: axis and half angle come back."""
+    center, radius = np.array([120.0, -60, 700]), 25.0
+    axis = center / np.linalg.norm(center)
+    half = np.arcsin(radius / np.linalg.norm(center))
+    side = np.linalg.svd(axis[None])[2][1:]
+    angle = np.linspace(0, 2 * np.pi, 60)[:, None]
+    rays = np.cos(half) * axis + np.sin(half) * (np.cos(angle) * side[0] + np.sin(angle) * side[1])
+    pixels = rays @ MATRIX.T
+    fitted = cone.fit_cone(pixels[:, :2] / pixels[:, 2:], CAMERA, (0, 0), np.ones(60))
+    assert np.allclose(fitted.axis, axis, atol=1e-9)
+    assert fitted.half_angle == pytest.approx(half, abs=1e-9)
+
+
+def test_no_ball_is_none():
+    rng = np.random.default_rng(3)
+    empty = np.full((480, 640, 3), 190, np.uint8)
+    noisy = rng.integers(0, 255, (480, 640, 3), np.uint8)
+    square = empty.copy()
+    cv2.rectangle(square, (200, 200), (300, 300), (30, 30, 180), -1)
+    for image in (empty, noisy, square):
+        assert BallDetector("red").detect(image) is None
+    assert BallDetector("red", "paper").detect(empty) is None
+
+
+def test_a_flat_disc_is_not_a_ball():
+    image = np.full((480, 640, 3), 190, np.uint8)
+    cv2.circle(image, (300, 200), 30, (40, 40, 190), -1, cv2.LINE_AA)
+    assert BallDetector("red").detect(image) is None
+
+
+def test_green_ball_is_not_red():
+    image, _ = draw_ball((0, 0, 800))
+    assert BallDetector("green").detect(image) is None
+    assert BallDetector("green").detect(np.ascontiguousarray(image[..., [0, 2, 1]])) is not None
+
+
+@pytest.mark.parametrize("image", [np.zeros((10, 10)), np.zeros((10, 10, 4), np.uint8), np.zeros((10, 10, 3))])
+def test_other_arrays_are_refused(image):
+    with pytest.raises(StereoLabError, match="colour picture"):
+        BallDetector("red").detect(image)
+
+
+def test_unknown_names_are_refused():
+    with pytest.raises(StereoLabError, match="pink"):
+        BallDetector("pink")
+    with pytest.raises(StereoLabError, match="magic"):
+        BallDetector("red", "magic")
+
+
+def test_image_is_not_changed():
+    image, _ = draw_ball((0, 0, 800))
+    before = image.copy()
+    for method in ("paper", "cone"):
+        BallDetector("red", method).detect(image)
+    assert np.array_equal(image, before)
+
+
+def test_shipped_snaps(bench, bench_calibration):
+    detector = BallDetector("red", "cone", bench_calibration.camera("left"))
+    paper = BallDetector("red", "paper")
+    pairs = bench.pairs("snaps")[::5]
+    for method, least in ((detector, len(pairs)), (paper, len(pairs) - 1)):
+        hits = sum(is_hit(method.detect(p.left), bench.true_ball("snaps", p.name)["left"]) for p in pairs)
+        assert hits >= least
+
+
+@pytest.mark.slow
+def test_real_green_ball(real_pictures):
+    folder = real_pictures / "green_ball"
+    taught = {"ball2_0060.jpg", "ball2_0624.jpg", "ball3_0235.jpg", "ball4_0230.jpg"}
+    rows = [row for _, row in read_table(folder / "labels.csv", ("file", "u", "v", "radius_px"))]
+    lessons = [r for r in rows if r["file"] in taught]
+    circles = [tuple(float(r[k]) for k in ("u", "v", "radius_px")) for r in lessons]
+    color = BallColor.from_samples([read_image(folder / r["file"]) for r in lessons], circles)
+    detector, hits, false = BallDetector(color), 0, 0
+    for row in (r for r in rows if r["file"] not in taught):
+        found = detector.detect(read_image(folder / row["file"]))
+        if row["u"]:
+            hits += is_hit(found, [float(row[k]) for k in ("u", "v", "radius_px")])
+        else:
+            false += found is not None
+    assert hits >= 14 and false <= 1

@@ -1,0 +1,98 @@
+"""Position, depth and kinematics: made truth, recovered."""
+
+import numpy as np
+import pytest
+
+from stereo_lab.depth import IdealDepth, OffsetDepth, PaperDepth
+from stereo_lab.errors import StereoLabError, UnreachableTargetError
+from stereo_lab.kinematics import JointAngles, TwoLinkArm
+from stereo_lab.position import LineFit, RigidFit
+
+RNG = np.random.default_rng(5)
+
+
+def test_line_fit_recovers_a_line():
+    pixels = np.array([10.0, 80, 300, 500])
+    fit = LineFit.fit(pixels, 1.6 * pixels - 420)
+    assert fit.slope_mm_per_px == pytest.approx(1.6) and fit.offset_mm == pytest.approx(-420)
+    assert np.allclose(fit.residuals_mm, 0, atol=1e-9)
+
+
+def test_line_fit_needs_two_pixels():
+    with pytest.raises(StereoLabError, match="different"):
+        LineFit.fit([5, 5, 5], [1, 2, 3])
+
+
+def test_ideal_depth():
+    assert IdealDepth(120, 600).predict(72) == pytest.approx(1000)
+
+
+def test_paper_depth_solves_three_samples_exactly():
+    d, depth = np.array([140.0, 70, 37]), np.array([520.0, 1030, 1980])
+    fit = PaperDepth.fit(d, depth)
+    assert np.allclose(fit.predict(d), depth)
+    assert np.allclose(np.linalg.solve(np.column_stack([1 / d, -d, np.ones(3)]), depth), [fit.m, fit.n, fit.c])
+
+
+def test_offset_depth_recovers_its_coefficients():
+    d = np.array([140.0, 90, 70, 50, 40, 37])
+    fit = OffsetDepth.fit(d, 73000 / (d - 1.7) + 12)
+    assert (fit.a, fit.d0, fit.c) == pytest.approx((73000, 1.7, 12), rel=1e-4)
+
+
+@pytest.mark.parametrize("model", [PaperDepth, OffsetDepth])
+def test_negative_disparity_is_named(model):
+    with pytest.raises(StereoLabError, match="swapped"):
+        model.fit([-10, -20, -30], [1, 2, 3])
+
+
+def test_rigid_fit_recovers_a_motion_and_ignores_one_blunder():
+    angle = np.radians([178, 3, -2])
+    import cv2
+
+    rotation = cv2.Rodrigues(angle)[0]
+    camera = RNG.uniform([-400, -300, 500], [400, 300, 2000], (14, 3))
+    bench = camera @ rotation.T + [10, 140, 1000]
+    fit = RigidFit.fit(camera, bench)
+    assert np.allclose(fit.predict(camera), bench, atol=1e-6)
+    bench[3] += [0, 100, 0]
+    robust = RigidFit.fit(camera, bench, np.full_like(camera, 0.6))
+    good = np.arange(14) != 3
+    assert np.abs(robust.predict(camera)[good] - bench[good]).max() < 25
+
+
+def test_rigid_fit_refuses_a_line_of_points():
+    points = np.outer(np.arange(5.0), [1, 2, 3])
+    with pytest.raises(StereoLabError, match="one line"):
+        RigidFit.fit(points, points)
+
+
+@pytest.mark.parametrize(
+    ("l1", "l2", "x", "y", "down", "up"),
+    [
+        (10, 10, 10, 10, (0, 90), (90, -90)),
+        (12, 9, 15, 0, (-36.8699, 90), (36.8699, -90)),
+        (12, 9, 5, 15, (37.1360, 83.3536), (105.9941, -83.3536)),
+        (12, 9, -8, -10, (-171.0499, 106.4039), (-86.2697, -106.4039)),
+        (15, 10, 18, 7, (-9.4873, 80.7931), (51.9883, -80.7931)),
+    ],
+)
+def test_inverse_kinematics(l1, l2, x, y, down, up):
+    arm = TwoLinkArm(l1, l2)
+    for elbow, expected in (("down", down), ("up", up)):
+        angles = arm.inverse(x, y, elbow)
+        assert (angles.theta1_deg, angles.theta2_deg) == pytest.approx(expected, abs=1e-4)
+        assert arm.forward(angles) == pytest.approx((x, y), abs=1e-9)
+
+
+def test_inverse_kinematics_of_arrays():
+    arm = TwoLinkArm(250, 200)
+    angles = arm.inverse(np.array([300.0, 900.0]), np.array([100.0, 0.0]))
+    assert np.isnan(angles.theta1_deg).tolist() == [False, True]
+    assert -180 < angles.theta1_deg[0] <= 180
+
+
+def test_unreachable_target_says_how_far():
+    with pytest.raises(UnreachableTargetError, match="50 mm out of reach"):
+        TwoLinkArm(250, 200).inverse(500, 0)
+    assert TwoLinkArm(12, 9).inverse(21, 0) == JointAngles(0, 0)

@@ -1,0 +1,156 @@
+"""Recordings, and everything that can be wrong with one."""
+
+import json
+import shutil
+
+import cv2
+import numpy as np
+import pytest
+
+from stereo_lab.errors import RecordingError, StereoLabError
+from stereo_lab.recording import Board, import_images, open_recording, read_image
+
+FACTS = {
+    "format": 1,
+    "image_size": [64, 48],
+    "board": {"columns": 9, "rows": 6, "square_mm": 25.0},
+    "ball": {"color": "red", "diameter_mm": 40.0},
+}
+
+
+@pytest.fixture
+def small(tmp_path):
+    """A tiny camera recording with two pairs and a table."""
+    folder = tmp_path / "small"
+    rng = np.random.default_rng(0)
+    for side in ("left", "right"):
+        (folder / "position" / side).mkdir(parents=True)
+        for name in ("000", "001"):
+            cv2.imwrite(str(folder / "position" / side / f"{name}.jpg"), rng.integers(0, 255, (48, 64, 3), np.uint8))
+    (folder / "recording.json").write_text(json.dumps(FACTS))
+    (folder / "position" / "measured.csv").write_text("name,x_mm,y_mm,depth_mm,use\n000,1,2,3,fit\n001,4,5,6,check\n")
+    return folder
+
+
+def rewrite(folder, **changes):
+    (folder / "recording.json").write_text(json.dumps({**FACTS, **changes}))
+
+
+def test_samples_are_read(small):
+    samples = open_recording(small).samples("position")
+    assert [s.use for s in samples] == ["fit", "check"]
+    assert samples[0].truth is None
+    assert samples[1].measured.depth_mm == 6
+    assert samples[0].pair.left.shape == (48, 64, 3)
+
+
+def test_missing_arm_means_the_shipped_one(small):
+    recording = open_recording(small)
+    assert recording.arm_is_shipped and recording.arm.l1_mm == 250
+
+
+def test_spreadsheet_table_is_read(small):
+    (small / "position" / "measured.csv").write_text("\ufeffname;x_mm;y_mm;depth_mm;use\n0;1,5;2;3;fit\n1;4;5;6;\n")
+    samples = open_recording(small).samples("position")
+    assert samples[0].measured.x_mm == 1.5 and samples[1].pair.name == "001"
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("name,x_mm,y_mm,use\n000,1,2,fit\n", "depth_mm"),
+        ("name,x_mm,y_mm,depth_mm,use\n000,1,2,3,fit\n001,4,nan,6,check\n", "line 3"),
+        ("name,x_mm,y_mm,depth_mm,use\n000,1,two,3,fit\n", "line 2"),
+        ("name,x_mm,y_mm,depth_mm,use\n009,1,2,3,fit\n", "009"),
+    ],
+)
+def test_broken_tables_are_named(small, text, says):
+    (small / "position" / "measured.csv").write_text(text)
+    with pytest.raises(StereoLabError, match=says):
+        open_recording(small).samples("position")
+
+
+def test_missing_folder(tmp_path):
+    with pytest.raises(RecordingError, match="no folder"):
+        open_recording(tmp_path / "nowhere")
+
+
+def test_broken_json_names_its_line(small):
+    (small / "recording.json").write_text('{"format": 1,\n "board": }')
+    with pytest.raises(RecordingError, match="line 2"):
+        open_recording(small)
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"board": {"columns": 9, "rows": 6, "square_mm": "wide"}}, "square_mm"),
+        ({"board": {"columns": 9.5, "rows": 6, "square_mm": 25}}, "columns"),
+        ({"image_size": [64]}, "image_size"),
+        ({"ball": {"color": "pink", "diameter_mm": 40}}, "pink"),
+        ({"ball": {"color": "red", "diameter_mm": float("nan")}}, "diameter_mm"),
+        ({"board": None}, "board"),
+    ],
+)
+def test_broken_facts_are_named(small, change, says):
+    rewrite(small, **change)
+    with pytest.raises(RecordingError, match=says):
+        open_recording(small)
+
+
+def test_missing_half_is_named(small):
+    (small / "position" / "right" / "001.jpg").unlink()
+    with pytest.raises(RecordingError, match=r"001\.jpg.*half of the pair"):
+        open_recording(small).pairs("position")
+
+
+def test_two_sizes_in_one_set(small):
+    cv2.imwrite(str(small / "position" / "left" / "001.jpg"), np.zeros((40, 64, 3), np.uint8))
+    pair = open_recording(small).pairs("position")[1]
+    with pytest.raises(RecordingError, match="64x40.*64x48"):
+        _ = pair.left
+
+
+def test_truncated_jpeg(small):
+    path = small / "position" / "left" / "000.jpg"
+    path.write_bytes(path.read_bytes()[:-200])
+    with pytest.raises(RecordingError, match="cut short"):
+        read_image(path)
+
+
+@pytest.mark.parametrize("content", [b"", b"not a picture"])
+def test_unreadable_picture(tmp_path, content):
+    path = tmp_path / "x.jpg"
+    path.write_bytes(content)
+    with pytest.raises(RecordingError, match="broken"):
+        read_image(path)
+
+
+def test_grey_and_deep_pictures(tmp_path):
+    grey, deep = tmp_path / "grey.png", tmp_path / "deep.png"
+    cv2.imwrite(str(grey), np.zeros((8, 8), np.uint8))
+    cv2.imwrite(str(deep), np.zeros((8, 8, 3), np.uint16))
+    with pytest.raises(RecordingError, match="grey"):
+        read_image(grey)
+    assert read_image(grey, grey_allowed=True).shape == (8, 8, 3)
+    with pytest.raises(RecordingError, match="16 bits"):
+        read_image(deep)
+
+
+def test_import_pairs_by_number(small, tmp_path):
+    shots = tmp_path / "shots"
+    shots.mkdir()
+    for n in (2, 10):
+        shutil.copy(small / "position" / "left" / "000.jpg", shots / f"left{n}.jpg")
+        shutil.copy(small / "position" / "right" / "000.jpg", shots / f"right{n}.jpg")
+    recording = import_images(str(shots / "left*"), str(shots / "right*"), Board(9, 6, 25.0), tmp_path / "out")
+    assert len(recording.pairs("calibration")) == 2
+    (shots / "right10.jpg").unlink()
+    with pytest.raises(RecordingError, match="other half"):
+        import_images(str(shots / "left*"), str(shots / "right*"), Board(9, 6, 25.0), tmp_path / "out2")
+    assert not (tmp_path / "out2").exists()
+
+
+def test_import_refuses_a_folder_in_use(small):
+    with pytest.raises(RecordingError, match="there already"):
+        import_images(str(small / "position/left/*"), str(small / "position/right/*"), Board(9, 6, 25.0), small)

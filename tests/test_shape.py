@@ -1,0 +1,61 @@
+"""The shape of the kit: what imports what, and what importing does."""
+
+import ast
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from conftest import ROOT
+
+PACKAGE = ROOT / "stereo_lab"
+LESSONS = {"calibration", "detection", "position", "depth", "kinematics"}
+NOTEBOOKS = sorted((ROOT / "notebooks").rglob("*.ipynb"))
+
+
+def imports(path):
+    """Names of all modules that a file imports, anywhere in it."""
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return names
+
+
+def test_import_is_light():
+    code = "import stereo_lab, sys, json; print(json.dumps(sorted(sys.modules)))"
+    loaded = set(json.loads(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout))
+    assert not loaded & {"cv2", "numpy", "matplotlib", "serial", "ipywidgets", "mitsuba"}
+
+
+@pytest.mark.parametrize("lesson", sorted(LESSONS))
+def test_lessons_do_not_import_each_other(lesson):
+    used = {name.removeprefix("stereo_lab.") for name in imports(PACKAGE / f"{lesson}.py")}
+    assert not used & (LESSONS - {lesson})
+
+
+@pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda p: p.name)
+def test_heavy_packages_stay_where_they_belong(path):
+    used = {name.split(".")[0] for name in imports(path)}
+    allowed = {"matplotlib": {"plots.py", "widgets.py", "report.py"}, "ipywidgets": {"widgets.py"}, "mitsuba": set()}
+    for package, homes in allowed.items():
+        assert package not in used or path.name in homes
+
+
+def test_notebooks_are_there():
+    assert ROOT / "notebooks" / "00_start_here.ipynb" in NOTEBOOKS
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.name)
+def test_notebook_was_run_from_top_to_bottom(path):
+    cells = [c for c in json.loads(path.read_text(encoding="utf-8"))["cells"] if c["cell_type"] == "code"]
+    assert [c["execution_count"] for c in cells] == list(range(1, len(cells) + 1))
+    assert any(o["output_type"] == "stream" for c in cells for o in c["outputs"])
+    assert max(len("".join(c["source"]).splitlines()) for c in cells) <= 15
+
+
+def test_no_file_is_left_half_written():
+    assert not list(Path(ROOT / "data").rglob("*.part"))
