@@ -406,7 +406,10 @@ def _board_shape(shape, flat, left, right, solved):
     for seen_left, seen_right in zip(left, right, strict=True):
         _, rvec, tvec = cv2.solvePnP(shape, seen_left, k1, d1)
         turn = cv2.Rodrigues(rvec)[0]
-        cameras = ((seen_left, k1, d1, turn, tvec), (seen_right, k2, d2, rotation @ turn, rotation @ tvec + translation))
+        cameras = (
+            (seen_left, k1, d1, turn, tvec),
+            (seen_right, k2, d2, rotation @ turn, rotation @ tvec + translation),
+        )
         for seen, matrix, distortion, turn_c, shift_c in cameras:
             pixels, jacobian = cv2.projectPoints(shape, cv2.Rodrigues(turn_c)[0], shift_c, matrix, distortion)
             by_point = jacobian[:, 3:6].reshape(-1, 2, 3) @ turn_c
@@ -469,7 +472,9 @@ def _heldout_errors(views, kept, board, size, lens):
 
 def _unseen_errors(fit, view, board, size):
     """Mean |Δv| after rectification (px) and mean error of the two diagonals of the board (%)."""
-    rectified = cv2.stereoRectify(fit.k1, fit.d1, fit.k2, fit.d2, size, fit.rotation, fit.translation.reshape(3, 1), alpha=0)
+    rectified = cv2.stereoRectify(
+        fit.k1, fit.d1, fit.k2, fit.d2, size, fit.rotation, fit.translation.reshape(3, 1), alpha=0
+    )
     r1, r2, p1, p2 = rectified[:4]
     left = cv2.undistortPoints(view.left.reshape(-1, 1, 2), fit.k1, fit.d1, R=r1, P=p1).reshape(-1, 2)
     right = cv2.undistortPoints(view.right.reshape(-1, 1, 2), fit.k2, fit.d2, R=r2, P=p2).reshape(-1, 2)

@@ -47,11 +47,20 @@ def _parser():
         command.set_defaults(run=run)
         return command
 
-    demo = add("demo", _demo, "Run the whole chain on a recording, beside the paper's numbers.", "demo bench --report demo.html")
+    demo = add(
+        "demo",
+        _demo,
+        "Run the whole chain on a recording, beside the paper's numbers.",
+        "demo bench --report demo.html",
+    )
     _add_recording(demo)
-    demo.add_argument("--report", metavar="FILE", default="demo.html", help="picture report to write (default: %(default)s)")
+    demo.add_argument(
+        "--report", metavar="FILE", default="demo.html", help="picture report to write (default: %(default)s)"
+    )
 
-    calibrate = add("calibrate", _calibrate, "Calibrate the two cameras of a recording.", "calibrate data/bench --json cal.json")
+    calibrate = add(
+        "calibrate", _calibrate, "Calibrate the two cameras of a recording.", "calibrate data/bench --json cal.json"
+    )
     _add_recording(calibrate)
     calibrate.add_argument("--save", metavar="FILE", help="write the calibration itself, to be loaded in Python")
 
@@ -76,7 +85,12 @@ def _parser():
     bring.add_argument("--ball-mm", default="40", metavar="MM", help="diameter of the ball (default: %(default)s)")
     _add_json(bring)
 
-    render = add("render", _render, "Make a shipped recording again (needs the extra: render).", "render bench --out /tmp/bench --seed 7")
+    render = add(
+        "render",
+        _render,
+        "Make a shipped recording again (needs the extra: render).",
+        "render bench --out /tmp/bench --seed 7",
+    )
     render.add_argument("name", metavar="NAME", help="bench, clutter, second_rig, or a rig file of your own (.json)")
     render.add_argument("--out", metavar="DIR", help="folder to make (default: data/NAME)")
     render.add_argument("--seed", type=int, help="other poses and other noise")
@@ -133,7 +147,9 @@ def _calibrate(options):
         print(f"{len(result.used)} of {result.pairs} pairs used; boards found in {result.found}.")
         for name, why in result.dropped:
             print(f"  without {name}: {why}")
-        print(f"reprojection error  {result.rms_px:.3f} px (left alone {result.left_rms_px:.3f}, right {result.right_rms_px:.3f})")
+        print(
+            f"reprojection error  {result.rms_px:.3f} px (left alone {result.left_rms_px:.3f}, right {result.right_rms_px:.3f})"
+        )
         print(f"rows after rectification match to {result.vertical_error_px:.3f} px")
         if result.heldout_vertical_error_px is not None:
             print(
@@ -163,7 +179,9 @@ def _detect(options):
         start = time.perf_counter()
         found = detector.detect(image)
         ms = round(1000 * (time.perf_counter() - start), 2)
-        ball = None if found is None else {k: round(float(getattr(found, k)), 3) for k in ("u", "v", "radius_px", "score")}
+        ball = (
+            None if found is None else {k: round(float(getattr(found, k)), 3) for k in ("u", "v", "radius_px", "score")}
+        )
         rows.append({"file": str(path), "ms": ms, "detection": ball})
         if options.json != "-":
             place = "no ball" if found is None else f"u {found.u:.1f}  v {found.v:.1f}  radius {found.radius_px:.1f} px"
@@ -197,15 +215,21 @@ def _import(options):
     parts = options.board.lower().replace("×", "x").split("x")
     if len(parts) != 2 or not all(p.strip().isdigit() and int(p) >= 2 for p in parts):
         raise StereoLabError(f"--board: expected columns x rows of inner corners, as in 9x6; got {options.board!r}.")
-    square, diameter = (finite_number(v, n) for v, n in ((options.square_mm, "--square-mm"), (options.ball_mm, "--ball-mm")))
+    square, diameter = (
+        finite_number(v, n) for v, n in ((options.square_mm, "--square-mm"), (options.ball_mm, "--ball-mm"))
+    )
     if square <= 0 or diameter <= 0:
         raise StereoLabError("--square-mm and --ball-mm: expected numbers above zero.")
     board = Board(int(parts[0]), int(parts[1]), square)
-    recording = import_images(options.left, options.right, board, options.out, Ball(options.ball_color.lower(), diameter))
+    recording = import_images(
+        options.left, options.right, board, options.out, Ball(options.ball_color.lower(), diameter)
+    )
     pairs = recording.pairs("calibration")
     print(f"{recording.path}: {len(pairs)} pairs of {recording.image_size[0]}x{recording.image_size[1]} pixels.")
     print(f"Next: {_me()} calibrate {options.out}")
-    _write_json(options.json, {"path": str(recording.path), "pairs": len(pairs), "image_size": list(recording.image_size)})
+    _write_json(
+        options.json, {"path": str(recording.path), "pairs": len(pairs), "image_size": list(recording.image_size)}
+    )
     return OK
 
 
@@ -265,7 +289,12 @@ class Progress:
             return
         self._shown = now
         filled = round(24 * done / max(total, 1))
-        print(f"\r\033[K  [{'#' * filled}{'.' * (24 - filled)}] {done}/{total}  {step}", end="", file=sys.stderr, flush=True)
+        print(
+            f"\r\033[K  [{'#' * filled}{'.' * (24 - filled)}] {done}/{total}  {step}",
+            end="",
+            file=sys.stderr,
+            flush=True,
+        )
 
 
 def _clear_line():

@@ -16,19 +16,21 @@ SEARCH_WIDTH = 400  # blobs are looked for in a picture made this small, then on
 MOST_BLOBS = 12
 MOST_CIRCLES = 3  # a blob
 TRIALS = 240  # circles through three points of an outline
-LEAST_RADIUS_PX, LEAST_OF_WIDTH = 3.0, 0.006
+LEAST_RADIUS_PX, LEAST_OF_WIDTH = 3.0, 0.007
 MOST_PASSES = 6
 SETTLED_PX, ROUGHLY_SETTLED_PX = 0.015, 0.2
 
 CLEAN = 0.85  # score of a ball so clear that nothing else is looked for inside it
 
 # When is a round thing a ball?
-LEAST_SUPPORT = 0.45  # part of the rim where the edge lies on the fitted curve, for a long rim
-CHANCE = 1.0  # a rim of n px must have CHANCE / √n more: few pixels look round by chance
+LEAST_SUPPORT = 0.41  # part of the rim where the edge lies on the fitted curve, for a long rim
+CHANCE = 1.2  # a rim of n px must have CHANCE / √n more: few pixels look round by chance
+MOST_OVERFLOW = 0.1  # part of the rim beyond which the colour goes on
+MOST_RAGGED = 0.4  # part of the rim that is missing, outside one gap
 LEAST_FILL = 0.5  # part of the inside that has the ball's colour
 LEAST_CONTRAST = 10.0  # grey levels across the edge
 LEAST_DROP = 0.3  # in likeness, 0…1, where the ball's colour ends
-LEAST_SHADE = 0.06  # a ball is lighter on one side; a printed disc is flat
+LEAST_SHADE = 0.15  # a ball is lighter on one side; a printed disc is flat
 
 
 @dataclass(frozen=True)
@@ -184,16 +186,18 @@ def measure(image, circle, color, camera=None, offset=(0, 0)):
     """
     rough = _follow(image, circle, lambda u, v, r, band: color_edge(image, u, v, r, band, color), 0.06, None, offset)
     start = circle if rough is None else (rough.u, rough.v, rough.radius_px)
-    fine = _follow(image, start, lambda u, v, r, band: edge_points(image, u, v, r, band), 0.05, camera, offset, rough, True)
+    fine = _follow(
+        image, start, lambda u, v, r, band: edge_points(image, u, v, r, band), 0.05, camera, offset, rough, True
+    )
     if fine is not None and rough is not None and not _agree(fine, rough):
         fine = None
     curve = fine or rough
     if curve is None:
         return None
     u, v, radius = curve.u, curve.v, curve.radius_px
-    support, seen = _support(image, curve, color)
+    support, overflow, ragged, seen = _rim(image, curve, color)
     fill, shade = _inside(image, u, v, radius, color)
-    score = _score(support, 2 * np.pi * radius, fill, shade, seen)
+    score = _score(support, overflow, ragged, 2 * np.pi * radius, fill, shade, seen)
     center = curve.center
     return Round((center[0] + offset[0], center[1] + offset[1]), curve.ball_radius_px, support, fill, shade, score)
 
@@ -236,22 +240,55 @@ def _agree(fine, rough):
     return apart < allowed and abs(fine.radius_px - rough.radius_px) < allowed
 
 
-def _support(image, curve, color):
-    """Part of the rim on which one of the two edges lies, and part of the rim that is in the picture."""
+def _rim(image, curve, color):
+    """How the rim agrees with the curve, as parts of all rays.
+
+    Returns
+    -------
+    support : rays with one of the two edges on the curve
+    overflow : rays on which the ball's colour goes on beyond the curve with no edge there: no ball does
+    ragged : rays without support outside the longest gap: one thing before a ball hides one arc of it
+    seen : rays whose edge is in the picture
+    """
     u, v, radius = curve.u, curve.v, curve.radius_px
     band = max(2.5, 0.16 * radius)
     sharp, clear, seen = edge_points(image, u, v, radius, band)
     ends, ending, _ = color_edge(image, u, v, radius, band, color)
     on_curve = clear & (np.abs(curve.residuals(sharp)) < max(0.5, 0.04 * radius))
     on_curve |= ending & (np.abs(curve.residuals(ends)) < max(0.8, 0.06 * radius))
-    return float(on_curve.mean()), seen
+    beyond = _beyond(image, u, v, radius, len(on_curve), color)
+    ragged = (~on_curve).sum() - _longest_gap(~on_curve)
+    return float(on_curve.mean()), float((beyond & ~on_curve).mean()), float(ragged / len(on_curve)), seen
 
 
-def _score(support, rim_px, fill, shade, seen):
+def _beyond(image, u, v, radius, count, color):
+    """For each ray, whether the ball's colour is found just outside the rim."""
+    angle = np.arange(count) * 2 * np.pi / count
+    radii = radius + max(1.5, 0.08 * radius) + np.array([0.0, 0.5, 1.0]) * max(1.0, 0.05 * radius)
+    x = (u + np.cos(angle)[:, None] * radii).astype(np.float32)
+    y = (v + np.sin(angle)[:, None] * radii).astype(np.float32)
+    colors = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return color.likeness(colors).mean(1) > 110
+
+
+def _longest_gap(missing):
+    """Length of the longest run of True in a ring; single rays between do not end it."""
+    if missing.all():
+        return len(missing)
+    start = int(np.argmin(missing))
+    ring = np.roll(missing, -start)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], ring.astype(int), [0]])))
+    return int((edges[1::2] - edges[::2]).max(initial=0))
+
+
+def _score(support, overflow, ragged, rim_px, fill, shade, seen):
     """0 where one condition fails, else up to 1."""
-    if support < LEAST_SUPPORT + CHANCE / np.sqrt(rim_px) or fill < LEAST_FILL or shade < LEAST_SHADE or seen < 0.5:
+    enough = LEAST_SUPPORT + CHANCE / np.sqrt(rim_px)
+    if support < enough or overflow > MOST_OVERFLOW or overflow + ragged > MOST_RAGGED:
         return 0.0
-    return float(support * min(1.0, fill / 0.9))
+    if fill < LEAST_FILL or shade < LEAST_SHADE or seen < 0.5:
+        return 0.0
+    return float(support * (1 - overflow) * (1 - ragged) * min(1.0, fill / 0.9))
 
 
 def _rays(u, v, radius, band):

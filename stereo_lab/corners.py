@@ -169,9 +169,11 @@ def check_board_size(pairs, board):
     if not tries:
         return
     (columns, rows), _ = max(tries.items(), key=lambda item: item[1])
-    counted = " You counted squares; count the corners where four squares meet." if (
-        sorted((board.columns, board.rows)) == sorted((columns + 1, rows + 1))
-    ) else ""
+    counted = (
+        " You counted squares; count the corners where four squares meet."
+        if (sorted((board.columns, board.rows)) == sorted((columns + 1, rows + 1)))
+        else ""
+    )
     raise CalibrationError(
         f"The board was said to have {board.columns}x{board.rows} inner corners; the pictures show "
         f"{columns}x{rows}.{counted} Set board columns to {columns} and rows to {rows}."

@@ -178,7 +178,9 @@ def _clutter_right(method, color, clutter, calibration, pair, true):
         found = [d.detect(image) for d, image in zip(detectors, (pair.left, pair.right), strict=True)]
         found = None if None in found else found
     else:
-        pair_finder = Localizer(calibration, "cone", tuple(detectors), (), 0.0, clutter.ball.diameter_mm, np.empty((0, 3)))
+        pair_finder = Localizer(
+            calibration, "cone", tuple(detectors), (), 0.0, clutter.ball.diameter_mm, np.empty((0, 3))
+        )
         found = pair_finder.detect(pair.left, pair.right)
     if found is None or true is None:
         return found is None and true is None

@@ -62,22 +62,31 @@ def _doubts(calibration, board, corners):
         yield 1, f"{lost} of {calibration.pairs} pairs had to be dropped."
     alone = max(calibration.left_rms_px, calibration.right_rms_px)
     if calibration.rms_px > TOGETHER * alone and calibration.rms_px > 0.5:
-        yield 2, (
-            f"Each camera alone explains its boards to {alone:.2f} px, both together only to {calibration.rms_px:.2f} px: "
-            "the pairs were not taken at the same moment, or the cameras moved between them."
+        yield (
+            2,
+            (
+                f"Each camera alone explains its boards to {alone:.2f} px, both together only to {calibration.rms_px:.2f} px: "
+                "the pairs were not taken at the same moment, or the cameras moved between them."
+            ),
         )
     elif calibration.rms_px > 1:
         yield 2, f"The reprojection error of {calibration.rms_px:.2f} px is high: blurred pictures or a bent board."
     if calibration.focal_sigma_percent > 0.5:
-        yield 2 if calibration.focal_sigma_percent > 2 else 1, (
-            f"The focal length is known to {calibration.focal_sigma_percent:.1f} % only: "
-            "tilt the board more, to all sides, and hold some boards near."
+        yield (
+            2 if calibration.focal_sigma_percent > 2 else 1,
+            (
+                f"The focal length is known to {calibration.focal_sigma_percent:.1f} % only: "
+                "tilt the board more, to all sides, and hold some boards near."
+            ),
         )
     covered = coverage(corners, calibration.image_size)
     if covered < NARROW:
-        yield 2, (
-            f"The boards cover {100 * covered:.0f} % of the picture, always in the same place: "
-            "hold them in every corner as well."
+        yield (
+            2,
+            (
+                f"The boards cover {100 * covered:.0f} % of the picture, always in the same place: "
+                "hold them in every corner as well."
+            ),
         )
     yield from _unit_doubts(calibration, board)
 
@@ -105,6 +114,9 @@ def _unit_doubts(calibration, board):
     said = f"With squares of {square:g} mm the cameras would stand {baseline:.3g} mm apart, which cannot be."
     for factor, unit in UNITS:
         if low <= baseline * factor <= high and 8 <= square * factor <= 120:
-            yield 2, f"{said} Is square_mm in {unit}? Then it is {square * factor:g} mm and they stand {baseline * factor:.0f} mm apart."
+            yield (
+                2,
+                f"{said} Is square_mm in {unit}? Then it is {square * factor:g} mm and they stand {baseline * factor:.0f} mm apart.",
+            )
             return
     yield 2, f"{said} Measure a square with a ruler, in millimetres."

@@ -91,8 +91,7 @@ class Localizer:
             return None if None in found else found
         if near is not None:
             found = tuple(
-                d.detect(image, before)
-                for d, image, before in zip(self.detectors, (left, right), near, strict=True)
+                d.detect(image, before) for d, image, before in zip(self.detectors, (left, right), near, strict=True)
             )
             if None not in found and _same_ball(self, *found):
                 return found
@@ -105,7 +104,9 @@ class Localizer:
             disparity = left.u - right.u
             if not disparity:
                 return None
-            return Position(*(float(v) for v in (x_line.predict(left.u), y_line.predict(left.v), depth.predict(disparity))))
+            return Position(
+                *(float(v) for v in (x_line.predict(left.u), y_line.predict(left.v), depth.predict(disparity)))
+            )
         x, y, z = self.models[0].predict(_triangulate(self.calibration, [left], [right]))[0]
         return Position(float(x), float(y), float(self.arm_depth_mm - z))
 
@@ -127,9 +128,7 @@ def _best_pair(localizer, left, right):
 def _same_ball(localizer, left, right):
     """The epipolar constraint, and the ball's own size, told by both cameras."""
     calibration = localizer.calibration
-    rows = [
-        calibration.rectify_points([[d.u, d.v]], side)[0, 1] for d, side in ((left, "left"), (right, "right"))
-    ]
+    rows = [calibration.rectify_points([[d.u, d.v]], side)[0, 1] for d, side in ((left, "left"), (right, "right"))]
     radius = max(left.radius_px, right.radius_px)
     if abs(rows[0] - rows[1]) > max(ROW_PX, ROW_OF_RADIUS * radius):
         return False
@@ -149,7 +148,9 @@ def _same_ball(localizer, left, right):
 
 
 def _fit_cone(recording, calibration, detectors):
-    empty = Localizer(calibration, "cone", detectors, (), recording.arm_depth_mm, recording.ball.diameter_mm, np.empty((0, 3)))
+    empty = Localizer(
+        calibration, "cone", detectors, (), recording.arm_depth_mm, recording.ball.diameter_mm, np.empty((0, 3))
+    )
     samples = [*recording.samples("position"), *recording.samples("depth")]
     found, places, missed = [], [], []
     for sample in samples:
@@ -165,7 +166,14 @@ def _fit_cone(recording, calibration, detectors):
     fit = RigidFit.fit(points, np.array(places), _sigma(calibration, points))
     residuals = fit.residuals_mm * [1, 1, -1]
     return Localizer(
-        calibration, "cone", detectors, (fit,), recording.arm_depth_mm, recording.ball.diameter_mm, residuals, tuple(missed)
+        calibration,
+        "cone",
+        detectors,
+        (fit,),
+        recording.arm_depth_mm,
+        recording.ball.diameter_mm,
+        residuals,
+        tuple(missed),
     )
 
 

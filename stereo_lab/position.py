@@ -65,7 +65,9 @@ class RigidFit:
         """
         camera, bench = np.asarray(camera_Nx3, float), np.asarray(bench_Nx3, float)
         if camera.shape != bench.shape or camera.ndim != 2 or camera.shape[1] != 3 or len(camera) < 3:
-            raise StereoLabError(f"A rigid fit needs three points or more, (N, 3); got {camera.shape} and {bench.shape}.")
+            raise StereoLabError(
+                f"A rigid fit needs three points or more, (N, 3); got {camera.shape} and {bench.shape}."
+            )
         spread = np.linalg.svd(camera - camera.mean(0), compute_uv=False)
         if spread[1] < 1e-3 * spread[0]:
             raise StereoLabError("All samples lie on one line: move the ball sideways as well as in depth.")

@@ -147,7 +147,9 @@ class Recording:
         left = _pictures(folder / "left")
         if not left:
             there = ", ".join(self.sets) or "none"
-            raise RecordingError(f"{folder / 'left'} holds no pictures (.jpg or .png). Sets in this recording: {there}.")
+            raise RecordingError(
+                f"{folder / 'left'} holds no pictures (.jpg or .png). Sets in this recording: {there}."
+            )
         right = _pictures(folder / "right") if (folder / "right").is_dir() else {}
         if (folder / "right").is_dir():
             _check_halves(folder, left, right)
@@ -225,10 +227,14 @@ def read_image(path, grey_allowed=False):
     if image is None:
         raise RecordingError(f"{path} is broken or cut short ({len(data)} bytes). Copy or take it again.")
     if image.dtype != np.uint8:
-        raise RecordingError(f"{path} has {8 * image.itemsize} bits a channel; 8 are expected. Save it as a plain JPEG.")
+        raise RecordingError(
+            f"{path} has {8 * image.itemsize} bits a channel; 8 are expected. Save it as a plain JPEG."
+        )
     if image.ndim == 2 or image.shape[2] == 1:
         if not grey_allowed:
-            raise RecordingError(f"{path} is a grey picture; the ball is found by its colour. Set the camera to colour.")
+            raise RecordingError(
+                f"{path} is a grey picture; the ball is found by its colour. Set the camera to colour."
+            )
         image = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
     return np.ascontiguousarray(image[..., :3])
 
@@ -284,7 +290,9 @@ def _find_folder(path):
             return folder.resolve()
     shipped = sorted(p.parent.name for p in (REPOSITORY / "data").glob("*/recording.json"))
     if Path(path).is_dir():
-        raise RecordingError(f"{path} has no recording.json in it, so it is no recording. data/README.md shows what goes in.")
+        raise RecordingError(
+            f"{path} has no recording.json in it, so it is no recording. data/README.md shows what goes in."
+        )
     raise RecordingError(f"There is no folder {path}. Shipped recordings: {', '.join(shipped) or 'none'}.")
 
 
@@ -483,7 +491,9 @@ def _match_halves(left, right):
         alone = sorted(set(left_numbers) ^ set(right_numbers))
         if alone:
             path = left_numbers.get(alone[0]) or right_numbers.get(alone[0])
-            raise RecordingError(f"{path} has no other half: {len(left)} left and {len(right)} right pictures were found.")
+            raise RecordingError(
+                f"{path} has no other half: {len(left)} left and {len(right)} right pictures were found."
+            )
         return [(left_numbers[k], right_numbers[k]) for k in sorted(left_numbers)]
     if len(left) != len(right):
         raise RecordingError(f"{len(left)} left and {len(right)} right pictures were found: each needs its other half.")

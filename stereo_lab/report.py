@@ -31,7 +31,9 @@ def rows(results):
         table.append((f"ball found, {frames} snaps", "99.2 %", share["paper"], share["cone"]))
     if facts["clutter"]:
         share = {m: f"{100 * d['right'] / d['frames']:.0f} %" for m, d in facts["clutter"].items()}
-        table.append((f"right answer in clutter, {facts['clutter']['cone']['frames']} frames", "", share["paper"], share["cone"]))
+        table.append(
+            (f"right answer in clutter, {facts['clutter']['cone']['frames']} frames", "", share["paper"], share["cone"])
+        )
     if facts["center_px"]:
         mean = {m: f"{c['mean']:.2f}" for m, c in facts["center_px"].items()}
         table.append(("ball's centre, mean error (px)", "", mean.get("paper", ""), mean.get("cone", "")))
@@ -44,7 +46,11 @@ def _evaluation_rows(facts):
         both = {m: (facts["evaluation"] or {}).get(m, {}).get(use) for m in ("paper", "cone")}
         if not all(both.values()):
             continue
-        paper = {"x_mm": "±10" if use == "plane" else "", "y_mm": "±10" if use == "plane" else "", "depth_mm": "8" if use == "volume" else ""}
+        paper = {
+            "x_mm": "±10" if use == "plane" else "",
+            "y_mm": "±10" if use == "plane" else "",
+            "depth_mm": "8" if use == "volume" else "",
+        }
         for axis, name in (("x_mm", "x"), ("y_mm", "y"), ("depth_mm", "depth")):
             cells = [f"{both[m][axis]['mean']:.1f} ({both[m][axis]['p95']:.1f})" for m in ("paper", "cone")]
             table.append((f"{name} {where}, mean (95 %) error (mm)", paper[axis], *cells))
@@ -57,7 +63,10 @@ def page(results):
     """The table as text, and what it says in words."""
     table = [("", "paper", "its method here", "ours"), *rows(results)]
     widths = [max(len(row[k]) for row in table) for k in range(4)]
-    lines = ["  ".join([row[0].ljust(widths[0])] + [c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True)]) for row in table]
+    lines = [
+        "  ".join([row[0].ljust(widths[0])] + [c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True)])
+        for row in table
+    ]
     lines.insert(1, "-" * len(lines[0]))
     return "\n".join([*lines, "", *sentences(results)])
 
@@ -86,12 +95,19 @@ def sentences(results):
 def write(results, path):
     """Write the report: one HTML file with the paper's figures 2, 4, 5, 8 and 9 drawn from this run."""
     sections = [_section(draw(results), caption) for draw, caption in FIGURES if _can(draw, results)]
-    kind = "a rendered recording: made by a renderer, not by cameras" if results.recording.rendered else "a camera recording"
-    cells = "".join(
-        "<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in row) + "</tr>" for row in rows(results)
+    kind = (
+        "a rendered recording: made by a renderer, not by cameras"
+        if results.recording.rendered
+        else "a camera recording"
     )
+    cells = "".join("<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in row) + "</tr>" for row in rows(results))
     words = "".join(f"<p>{html.escape(s)}</p>" for s in sentences(results))
-    write_whole(path, TEMPLATE.format(title=html.escape(results.recording.title), kind=kind, rows=cells, words=words, figures="".join(sections)))
+    write_whole(
+        path,
+        TEMPLATE.format(
+            title=html.escape(results.recording.title), kind=kind, rows=cells, words=words, figures="".join(sections)
+        ),
+    )
 
 
 TEMPLATE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>stereo_lab: {title}</title>
@@ -160,7 +176,16 @@ def draw_lines(results):
     fig, axes = plots.figure(1, 2, height=4.6)
     for k, (pixel, length) in enumerate((("u (px, rectified)", "x (mm)"), ("v (px, rectified)", "y (mm)"))):
         title = f"{length[0]} is a straight line in {pixel[0]}"
-        plots.line_fit(fit[:, k], fit[:, 2 + k], check[:, k], check[:, 2 + k], localizer.models[k], (pixel, length), title, axes[0, k])
+        plots.line_fit(
+            fit[:, k],
+            fit[:, 2 + k],
+            check[:, k],
+            check[:, 2 + k],
+            localizer.models[k],
+            (pixel, length),
+            title,
+            axes[0, k],
+        )
     return fig
 
 
@@ -171,7 +196,15 @@ def draw_scatter(results):
         errors, _ = results.errors(method, "plane")
         inside = (np.abs(errors[:, :2]) <= PAPER_PLANE_MM).all(1).sum()
         title = f"{name}: {inside} of {len(errors)} within ±1 cm"
-        plots.scatter_errors(errors[:, 0], errors[:, 1], PAPER_PLANE_MM, title, axes[0, k], (plots.VERMILION, plots.BLUE)[k], "s" if k == 0 else "o")
+        plots.scatter_errors(
+            errors[:, 0],
+            errors[:, 1],
+            PAPER_PLANE_MM,
+            title,
+            axes[0, k],
+            (plots.VERMILION, plots.BLUE)[k],
+            "s" if k == 0 else "o",
+        )
     return fig
 
 
@@ -186,9 +219,18 @@ def draw_histogram(results):
 
 
 FIGURES = (
-    (draw_epipolar, "The paper's Fig. 2: a pair of the board with level lines. Raw, a corner sits on another row in each camera; rectified, on the same."),
-    (draw_detection, "The paper's Fig. 4: pixels in the colour range are white; blurred; and the circles found in the picture."),
-    (draw_lines, "The paper's Fig. 5: measured x against pixel column and y against pixel row, four samples to fit and four to check."),
+    (
+        draw_epipolar,
+        "The paper's Fig. 2: a pair of the board with level lines. Raw, a corner sits on another row in each camera; rectified, on the same.",
+    ),
+    (
+        draw_detection,
+        "The paper's Fig. 4: pixels in the colour range are white; blurred; and the circles found in the picture.",
+    ),
+    (
+        draw_lines,
+        "The paper's Fig. 5: measured x against pixel column and y against pixel row, four samples to fit and four to check.",
+    ),
     (draw_scatter, "The paper's Fig. 8: errors in x and y in the plane of the arm; the dashed box is ±1 cm."),
     (draw_histogram, "The paper's Fig. 9: how many pairs have which depth error; the dashed line is the mean."),
 )

@@ -35,7 +35,10 @@ def test_baseline_and_focal_length_are_the_true_ones(bench, bench_calibration):
 
 def test_triangulate_agrees_with_opencv(bench, bench_calibration):
     raw_left, raw_right = true_centers(bench, "position")
-    left, right = bench_calibration.rectify_points(raw_left, "left"), bench_calibration.rectify_points(raw_right, "right")
+    left, right = (
+        bench_calibration.rectify_points(raw_left, "left"),
+        bench_calibration.rectify_points(raw_right, "right"),
+    )
     right[:, 1] = left[:, 1]
     projections = [bench_calibration._rectified[side][1] for side in ("left", "right")]
     points = cv2.triangulatePoints(*projections, left.T, right.T)
@@ -101,7 +104,9 @@ def test_corners_are_exact_on_a_drawn_board():
     squares = np.add.outer(np.arange(6), np.arange(8)) % 2
     texture = np.pad((squares * 180 + 40).astype(np.uint8).repeat(40, 0).repeat(40, 1), 40, constant_values=220)
     homography = np.array([[7.2, 0.9, 900], [-0.5, 7.0, 700], [1e-4, 2e-4, 1.0]])
-    large = cv2.warpPerspective(texture, homography, (640 * scale, 480 * scale), borderValue=200, flags=cv2.INTER_LINEAR)
+    large = cv2.warpPerspective(
+        texture, homography, (640 * scale, 480 * scale), borderValue=200, flags=cv2.INTER_LINEAR
+    )
     image = cv2.resize(cv2.GaussianBlur(large, (0, 0), 0.6 * scale), (640, 480), interpolation=cv2.INTER_AREA)
     found = find_corners(image, board)
     inner = 80 + 40 * np.mgrid[:7, :5].T.reshape(-1, 2) - 0.5

@@ -26,7 +26,9 @@ def errors_mm(localizer, recording):
     for sample in recording.samples("evaluation"):
         place = localizer.locate(sample.pair.left, sample.pair.right)
         assert place is not None, sample.pair.name
-        rows.append([place.x_mm - sample.truth.x_mm, place.y_mm - sample.truth.y_mm, place.depth_mm - sample.truth.depth_mm])
+        rows.append(
+            [place.x_mm - sample.truth.x_mm, place.y_mm - sample.truth.y_mm, place.depth_mm - sample.truth.depth_mm]
+        )
     return np.abs(rows), np.array([s.use for s in recording.samples("evaluation")])
 
 
@@ -75,7 +77,10 @@ def test_demo_writes_json_and_report(tmp_path):
     assert code == 0 and "its method here" in out and "rendered recording" in out
     assert facts["detection"]["cone"]["hits"] == facts["detection"]["cone"]["frames"] == 250
     assert facts["detection"]["paper"]["hits"] >= 248
-    assert facts["evaluation"]["cone"]["volume"]["depth_mm"]["mean"] < facts["evaluation"]["paper"]["volume"]["depth_mm"]["mean"] / 10
+    assert (
+        facts["evaluation"]["cone"]["volume"]["depth_mm"]["mean"]
+        < facts["evaluation"]["paper"]["volume"]["depth_mm"]["mean"] / 10
+    )
     page = (tmp_path / "demo.html").read_text(encoding="utf-8")
     assert page.count("<img ") == 5 and "http" not in page
 
@@ -99,9 +104,15 @@ def test_import_then_calibrate(tmp_path):
         (("detect", "README.md"), "broken"),
         (("detect", "data/bench/snaps/left/000.jpg", "--color", "pink"), "pink"),
         (("detect", "data/bench/snaps/left/000.jpg", "--color-from", "nowhere.csv"), "nowhere.csv"),
-        (("import", "--left", "no*.jpg", "--right", "no*.jpg", "--board", "9x6", "--square-mm", "25", "--out", "x"), "No file matches"),
+        (
+            ("import", "--left", "no*.jpg", "--right", "no*.jpg", "--board", "9x6", "--square-mm", "25", "--out", "x"),
+            "No file matches",
+        ),
         (("import", "--left", "a", "--right", "b", "--board", "nine", "--square-mm", "25", "--out", "x"), "--board"),
-        (("import", "--left", "a", "--right", "b", "--board", "9x6", "--square-mm", "wide", "--out", "x"), "--square-mm"),
+        (
+            ("import", "--left", "a", "--right", "b", "--board", "9x6", "--square-mm", "wide", "--out", "x"),
+            "--square-mm",
+        ),
         (("render", "nowhere"), "no rig"),
         (("fly",), "invalid choice"),
     ],

@@ -18,7 +18,9 @@ def draw_ball(center_mm, radius_mm=20.0, scale=6, ground=(190, 190, 190)):
     """An exactly projected, shaded red ball: every ray that meets the sphere is red."""
     height, width = 480 * scale, 640 * scale
     v, u = np.mgrid[:height, :width]
-    rays = np.stack([((u + 0.5) / scale - 0.5 - 319.5) / 600, ((v + 0.5) / scale - 0.5 - 239.5) / 600, np.ones(u.shape)], -1)
+    rays = np.stack(
+        [((u + 0.5) / scale - 0.5 - 319.5) / 600, ((v + 0.5) / scale - 0.5 - 239.5) / 600, np.ones(u.shape)], -1
+    )
     center = np.asarray(center_mm, float)
     along = rays @ center
     square = (rays**2).sum(-1)

@@ -55,12 +55,38 @@ def _neutral(rng, table, wall_z):
     at = _spot(rng, table, wall_z)
     kind = rng.integers(4)
     if kind == 0:
-        return {"kind": "box", "at": at, "size": rng.uniform(60, 240, 3).tolist(), "turn_deg": [0, float(rng.uniform(0, 90)), 0], "color": color}
+        return {
+            "kind": "box",
+            "at": at,
+            "size": rng.uniform(60, 240, 3).tolist(),
+            "turn_deg": [0, float(rng.uniform(0, 90)), 0],
+            "color": color,
+        }
     if kind == 1:
-        return {"kind": "cylinder", "at": at, "radius": float(rng.uniform(25, 80)), "height": float(rng.uniform(60, 260)), "color": color}
+        return {
+            "kind": "cylinder",
+            "at": at,
+            "radius": float(rng.uniform(25, 80)),
+            "height": float(rng.uniform(60, 260)),
+            "color": color,
+        }
     if kind == 2:
-        return {"kind": "egg", "at": at, "radius": float(rng.uniform(40, 90)), "height": float(rng.uniform(90, 260)), "color": color}
-    return {"kind": "cup", "at": at, "radius": 42, "height": 96, "gloss": 0.6, "turn_deg": [0, float(rng.uniform(0, 360)), 0], "color": color}
+        return {
+            "kind": "egg",
+            "at": at,
+            "radius": float(rng.uniform(40, 90)),
+            "height": float(rng.uniform(90, 260)),
+            "color": color,
+        }
+    return {
+        "kind": "cup",
+        "at": at,
+        "radius": 42,
+        "height": 96,
+        "gloss": 0.6,
+        "turn_deg": [0, float(rng.uniform(0, 360)), 0],
+        "color": color,
+    }
 
 
 def _cup(rng, table, wall_z):

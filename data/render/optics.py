@@ -71,9 +71,7 @@ def _rays(camera, box, sampler, strata):
     v += (mi.Float(stratum // across) + sampler.next_1d()) / opaque(strata) - 0.5
     blur = mi.warp.square_to_std_normal(sampler.next_2d()) * opaque(camera.sensor.psf_px)
     x, y = _undistort(camera, u + blur.x, v + blur.y)
-    lens = mi.warp.square_to_uniform_disk_concentric(sampler.next_2d()) * opaque(
-        camera.aperture_mm / 2
-    )
+    lens = mi.warp.square_to_uniform_disk_concentric(sampler.next_2d()) * opaque(camera.aperture_mm / 2)
     focus = opaque(camera.focus_mm)
     direction = dr.normalize(mi.Vector3f(x * focus - lens.x, y * focus - lens.y, focus))
     to_bench = camera.rotation.T
