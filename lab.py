@@ -95,9 +95,9 @@ def make_environment():
         with open(STAMP, "w", encoding="utf-8") as file:
             file.write(wanted())
     except OSError as error:
-        raise SetupError("Cannot make %s: %s. Check the folder's permissions and the disk, then: %s" % (VENV, error.strerror or error, ME))
+        raise SetupError("Cannot make %s: %s. Check the folder's permissions and the disk, then: %s" % (VENV, error.strerror or error, ME)) from None
     except subprocess.CalledProcessError as error:
-        raise SetupError("Cannot make %s: %s. On Debian and Ubuntu: sudo apt install python3-venv. Then: %s" % (VENV, error, ME))
+        raise SetupError("Cannot make %s: %s. On Debian and Ubuntu: sudo apt install python3-venv. Then: %s" % (VENV, error, ME)) from None
 
 
 def step(command, what):

@@ -52,6 +52,9 @@ def _plan_set(rig, name, spec):
         frames = clutter.frames(rig, rng, spec)
     else:
         frames = MAKERS[kind](rig, rng, spec)
+    moved = spec.get("moved", {})  # balls put by hand where the draw would set them inside the furniture
+    for name, place in moved.items():
+        frames[int(name)]["ball"] = tuple(place)
     return [Frame(**{**frame, "name": f"{i:03d}"}) for i, frame in enumerate(frames)]
 
 
