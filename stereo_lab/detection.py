@@ -17,7 +17,7 @@ from stereo_lab import cone
 from stereo_lab.errors import StereoLabError
 
 BINS = 32  # the colour table has BINS steps a channel
-BALL, DOUBT = 0.5, 0.15  # share of ball among pixels of a colour: surely ball, perhaps ball
+SAME_SIZE = 0.25  # a ball's radius may change by this part from one frame to the next
 
 # Hue in OpenCV's 0…179; red wraps round 0. Least lightness and saturation keep grey and black out.
 HUES = {
@@ -153,23 +153,28 @@ class BallDetector:
             found = self._look_near(image, near)
             if found is not None:
                 return found
-        found = self.candidates(image, most=1)
-        return found[0] if found else None
+        return _best(self.candidates(image))
 
     def candidates(self, image, most=4):
-        """Every ball that the picture may show, best first (cone method)."""
+        """What may be the ball, best first (cone method); a score below ``cone.BALL`` is not enough alone."""
         rounds = cone.find_balls(check_image(image), self.color, self.camera)
         return [Detection(*r.center, r.radius_px, r.score) for r in rounds[:most]]
 
     def _look_near(self, image, near):
+        """Look in a window round the ball's last place; less evidence is enough there for one of the same size."""
         height, width = image.shape[:2]
         reach = int(4 * near.radius_px + 12)
         x0, y0 = max(0, int(near.u) - reach), max(0, int(near.v) - reach)
         window = image[y0 : min(height, int(near.v) + reach), x0 : min(width, int(near.u) + reach)]
         if min(window.shape[:2], default=0) < 8:
             return None
-        found = cone.find_balls(window, self.color, self.camera, offset=(x0, y0))
-        return Detection(*found[0].center, found[0].radius_px, found[0].score) if found else None
+        rounds = cone.find_balls(window, self.color, self.camera, offset=(x0, y0), enough=cone.WEAK)
+        same = [r for r in rounds if abs(r.radius_px - near.radius_px) < SAME_SIZE * near.radius_px + 1]
+        return Detection(*same[0].center, same[0].radius_px, same[0].score) if same else None
+
+
+def _best(candidates):
+    return next((c for c in candidates if c.score >= cone.BALL), None)
 
 
 def check_image(image):

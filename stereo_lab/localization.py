@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stereo_lab.cone import BALL
 from stereo_lab.calibration import StereoCalibration, calibrate_recording
 from stereo_lab.depth import PaperDepth
 from stereo_lab.detection import BallDetector
@@ -15,7 +16,7 @@ from stereo_lab.recording import Position
 
 CENTER_SIGMA_PX = 0.03  # how well a ball's centre is known, for weighing samples
 RULER_SIGMA_MM = 0.6  # a ruler read to whole millimetres
-CANDIDATES = 5
+CANDIDATES = 8
 ROW_PX, ROW_OF_RADIUS = 2.0, 0.1  # rows of the two centres may differ by this
 SIZE = 0.15  # the ball's size may seem this much wrong, and a pixel more
 
@@ -121,7 +122,7 @@ def _triangulate(calibration, left, right):
 def _best_pair(localizer, left, right):
     """Of all round things in both pictures, the two that are one ball: same row, right size, best scores."""
     seen = [d.candidates(image, CANDIDATES) for d, image in zip(localizer.detectors, (left, right), strict=True)]
-    pairs = [(a, b) for a in seen[0] for b in seen[1] if _same_ball(localizer, a, b)]
+    pairs = [(a, b) for a in seen[0] for b in seen[1] if a.score + b.score >= 2 * BALL and _same_ball(localizer, a, b)]
     return max(pairs, key=lambda pair: pair[0].score * pair[1].score, default=None)
 
 

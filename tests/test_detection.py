@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from stereo_lab import cone
+from stereo_lab import curves
 from stereo_lab.detection import BallColor, BallDetector
 from stereo_lab.errors import StereoLabError
 from stereo_lab.evaluation import is_hit
@@ -62,7 +62,8 @@ def test_cone_recovers_an_exact_cone():
     angle = np.linspace(0, 2 * np.pi, 60)[:, None]
     rays = np.cos(half) * axis + np.sin(half) * (np.cos(angle) * side[0] + np.sin(angle) * side[1])
     pixels = rays @ MATRIX.T
-    fitted = cone.fit_cone(pixels[:, :2] / pixels[:, 2:], CAMERA, (0, 0), np.ones(60))
+    rays = curves.to_rays(pixels[:, :2] / pixels[:, 2:], CAMERA)
+    fitted = curves.fit_cone(rays, CAMERA, (0, 0), np.ones(60))
     assert np.allclose(fitted.axis, axis, atol=1e-9)
     assert fitted.half_angle == pytest.approx(half, abs=1e-9)
 

@@ -1,0 +1,178 @@
+"""The curves that a ball's edge can be: a circle, an ellipse, and the exact one, a cone of rays.
+
+The rays from the camera that just touch a ball form a cone. Its axis goes through the ball's centre. The
+picture of the ball is that cone cut by the image plane: an ellipse, whose middle is *not* where the
+ball's centre is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Circle:
+    """A circle; what a far, central ball looks like."""
+
+    u: float
+    v: float
+    radius_px: float
+
+    @property
+    def center(self):
+        return self.u, self.v
+
+    @property
+    def ball_radius_px(self):
+        return self.radius_px
+
+    def residuals(self, points):
+        return np.hypot(points[:, 0] - self.u, points[:, 1] - self.v) - self.radius_px
+
+
+@dataclass(frozen=True)
+class Ellipse:
+    """An ellipse: semi-axes a, b in px and the direction of a in radians."""
+
+    u: float
+    v: float
+    a: float
+    b: float
+    angle: float
+
+    @property
+    def center(self):
+        return self.u, self.v
+
+    @property
+    def radius_px(self):
+        return float(np.sqrt(self.a * self.b))
+
+    @property
+    def ball_radius_px(self):
+        return min(self.a, self.b)
+
+    @property
+    def aspect(self):
+        return max(self.a, self.b) / max(min(self.a, self.b), 1e-9)
+
+    def residuals(self, points):
+        c, s = np.cos(self.angle), np.sin(self.angle)
+        d = points - [self.u, self.v]
+        along, across = (d @ [c, s]) / self.a, (d @ [-s, c]) / self.b
+        return (np.hypot(along, across) - 1) * self.radius_px
+
+
+@dataclass(frozen=True, eq=False)
+class Cone:
+    """A cone of rays: unit axis, half angle; seen through one camera."""
+
+    axis: np.ndarray
+    half_angle: float
+    camera: tuple
+    offset: tuple
+    u: float
+    v: float
+
+    @property
+    def center(self):
+        return self.u, self.v
+
+    @property
+    def ball_radius_px(self):
+        return float(self.camera[0][0, 0] * np.tan(self.half_angle))
+
+    @property
+    def radius_px(self):
+        return self.ball_radius_px / float(self.axis[2]) ** 1.5
+
+    def residuals(self, points):
+        return self.ray_residuals(to_rays(points, self.camera, self.offset))
+
+    def ray_residuals(self, rays):
+        """The same for unit vectors, shape (N, 3); in px."""
+        cosine = rays @ self.axis
+        slope = np.sqrt(np.clip(1 - cosine**2, 0, None)) / cosine
+        return (np.arctan(slope) - self.half_angle) * self.camera[0][0, 0] / float(self.axis[2]) ** 1.5
+
+
+def to_rays(points, camera, offset=(0, 0)):
+    """Unit vectors from the camera through raw pixels, shape (N, 3)."""
+    matrix, distortion = camera
+    pixels = (np.asarray(points, float) + offset).reshape(-1, 1, 2)
+    flat = cv2.undistortPoints(pixels, matrix, distortion).reshape(-1, 2)
+    rays = np.column_stack([flat, np.ones(len(flat))])
+    return rays / np.linalg.norm(rays, axis=1, keepdims=True)
+
+
+def fit_cone(rays, camera, offset, weights):
+    """The cone whose surface holds the rays: a·ray = cos α, solved for a / cos α by least squares."""
+    scaled = _least_squares(rays, np.ones(len(rays)), weights)
+    length = np.linalg.norm(scaled)
+    if not length > 1:
+        return None
+    axis = scaled / length
+    pixel = cv2.projectPoints(axis.reshape(1, 1, 3), np.zeros(3), np.zeros(3), *camera)[0].ravel()
+    u, v = pixel - offset
+    return Cone(axis, float(np.arccos(1 / length)), camera, offset, float(u), float(v))
+
+
+def fit_circle(points, weights):
+    """Least squares for x² + y² = 2·u·x + 2·v·y + (r² − u² − v²)."""
+    middle = points.mean(0)
+    local = points - middle
+    terms = np.column_stack([2 * local, np.ones(len(points))])
+    a, b, c = _least_squares(terms, (local**2).sum(1), weights)
+    return Circle(float(a + middle[0]), float(b + middle[1]), float(np.sqrt(max(c + a * a + b * b, 1e-6))))
+
+
+def fit_ellipse(points):
+    """The ellipse through points (``cv2.fitEllipseDirect``), or None where there is none."""
+    if len(points) < 8:
+        return None
+    (u, v), (width, height), turn = cv2.fitEllipseDirect(points.astype(np.float32).reshape(-1, 1, 2))
+    if not (np.isfinite([u, v, width, height]).all() and min(width, height) > 0):
+        return None
+    return Ellipse(float(u), float(v), width / 2, height / 2, float(np.radians(turn)))
+
+
+def through(triples):
+    """Centre and radius of the circles through three points each, shapes (N, 2) and (N,)."""
+    a, b, c = triples[:, 0], triples[:, 1], triples[:, 2]
+    ab, ac = b - a, c - a
+    cross = 2 * (ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ux = (ac[:, 1] * (ab**2).sum(1) - ab[:, 1] * (ac**2).sum(1)) / cross
+        uy = (ab[:, 0] * (ac**2).sum(1) - ac[:, 0] * (ab**2).sum(1)) / cross
+    return a + np.stack([ux, uy], 1), np.hypot(ux, uy)
+
+
+def best_circle(points, tolerance):
+    """The circle through three of the points that carries most of the others, or None."""
+    triples = np.random.default_rng(2).integers(len(points), size=(60, 3))
+    centers, radii = through(points[triples])
+    good = np.isfinite(radii)
+    centers, radii = centers[good], radii[good]
+    if not len(radii):
+        return None
+    distance = np.hypot(points[None, :, 0] - centers[:, :1], points[None, :, 1] - centers[:, 1:])
+    k = int((np.abs(distance - radii[:, None]) < tolerance).sum(1).argmax())
+    return Circle(float(centers[k, 0]), float(centers[k, 1]), float(radii[k]))
+
+
+def trust(residuals, tolerance):
+    """Tukey's biweight: far points count nothing."""
+    middle = np.partition(np.abs(residuals), len(residuals) // 2)[len(residuals) // 2]
+    scale = 1.4826 * middle * 3.5
+    limit = min(max(scale, 0.25), max(3 * tolerance, 0.5))
+    return np.clip(1 - (residuals / limit) ** 2, 0, None)
+
+
+def _least_squares(terms, values, weights):
+    """Weighted least squares by the normal equations: three unknowns, well conditioned, often called."""
+    weighted = terms * (weights**2)[:, None]
+    normal = weighted.T @ terms
+    return np.linalg.solve(normal + np.eye(3) * (1e-12 * np.trace(normal) + 1e-12), weighted.T @ values)
