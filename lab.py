@@ -51,7 +51,8 @@ def check_python():
         found = ".".join(str(n) for n in sys.version_info[:2])
         raise SetupError(
             "This kit needs Python 3.10 or newer; this is Python " + found + ". "
-            "Install a newer one, then run it with that: " + ("py -3.12 lab.py" if os.name == "nt" else "python3.12 lab.py")
+            "Install a newer one, then run it with that: "
+            + ("py -3.12 lab.py" if os.name == "nt" else "python3.12 lab.py")
         )
 
 
@@ -78,7 +79,9 @@ def make_environment():
     try:
         free_mb = shutil.disk_usage(HERE).free // 2**20
         if free_mb < SPACE_MB:
-            raise SetupError("The disk has %d MB left; the kit needs %d MB. Free some space, then: %s" % (free_mb, SPACE_MB, ME))
+            raise SetupError(
+                "The disk has %d MB left; the kit needs %d MB. Free some space, then: %s" % (free_mb, SPACE_MB, ME)
+            )
         if os.path.isdir(VENV):
             shutil.rmtree(VENV)
         uv = shutil.which("uv")
@@ -95,9 +98,14 @@ def make_environment():
         with open(STAMP, "w", encoding="utf-8") as file:
             file.write(wanted())
     except OSError as error:
-        raise SetupError("Cannot make %s: %s. Check the folder's permissions and the disk, then: %s" % (VENV, error.strerror or error, ME)) from None
+        raise SetupError(
+            "Cannot make %s: %s. Check the folder's permissions and the disk, then: %s"
+            % (VENV, error.strerror or error, ME)
+        ) from None
     except subprocess.CalledProcessError as error:
-        raise SetupError("Cannot make %s: %s. On Debian and Ubuntu: sudo apt install python3-venv. Then: %s" % (VENV, error, ME)) from None
+        raise SetupError(
+            "Cannot make %s: %s. On Debian and Ubuntu: sudo apt install python3-venv. Then: %s" % (VENV, error, ME)
+        ) from None
 
 
 def step(command, what):

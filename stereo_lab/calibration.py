@@ -18,13 +18,10 @@ from stereo_lab.corners import check_board_size, find_corners, match_order
 from stereo_lab.errors import CalibrationError, StereoLabError
 from stereo_lab.files import read_json, user_folder, write_json
 from stereo_lab.judgement import judge
+from stereo_lab.solver import FEWEST, View, check_sides, choose_lens, same_moment, unseen_errors, why_dropped
 
-LENSES = {"brown": 0, "thin prism": cv2.CALIB_THIN_PRISM_MODEL}
-FOLDS = 5
-FEWEST = 3  # pairs without which nothing can be solved
-FEWEST_TO_HOLD_OUT = 8
-OUTLIER = 3.0  # times the median reprojection error
-SHAPE_ROUNDS = 4
+OTHER_MOMENT = "the two pictures do not match: were they taken at the same moment?"
+STILL = 0.01  # of the picture's width: a board that moves less does not move
 EXACT = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 60, 1e-9)  # for undoing the distortion
 
 __all__ = ["StereoCalibration", "calibrate_recording", "calibrate_stereo", "find_corners"]
@@ -243,23 +240,6 @@ def _array(value, shape):
 # --- from pairs to a calibration -------------------------------------------------------------------
 
 
-@dataclass(frozen=True, eq=False)
-class _Fit:
-    """One solution: the cameras, the board's shape and the error of each pair."""
-
-    k1: np.ndarray
-    d1: np.ndarray
-    k2: np.ndarray
-    d2: np.ndarray
-    rotation: np.ndarray
-    translation: np.ndarray
-    rms: float
-    errors: np.ndarray  # (pairs, 2), px
-    shape: np.ndarray  # (corners, 3), mm
-    sides: tuple  # RMS of each camera calibrated alone
-    focal_sigma: float
-
-
 def calibrate_stereo(pairs, board, progress=None):
     """Calibrate two cameras from pairs of pictures of a chessboard.
 
@@ -289,9 +269,15 @@ def calibrate_stereo(pairs, board, progress=None):
             f"pairs; at least {FEWEST} are needed, and 15 to 25 are good. Take more, sharp and well lit, "
             "with the whole board in both pictures."
         )
-    lens, fit, kept, heldout = _choose_lens(views, board, size)
-    _check_sides(fit)
-    dropped += [(views[i].name, _why_dropped(fit, views[i], board, size)) for i in range(len(views)) if i not in kept]
+    _check_spread(views, size)
+    found = len(views)
+    together = same_moment(views, board, size)
+    if together.sum() >= max(FEWEST, len(views) / 2):
+        dropped += [(view.name, OTHER_MOMENT) for view, same in zip(views, together, strict=True) if not same]
+        views = [view for view, same in zip(views, together, strict=True) if same]
+    lens, fit, kept, heldout = choose_lens(views, board, size)
+    check_sides(fit)
+    dropped += [(views[i].name, why_dropped(fit, views[i], board, size)) for i in range(len(views)) if i not in kept]
     used = [views[i] for i in kept]
     result = StereoCalibration(
         image_size=size,
@@ -304,14 +290,14 @@ def calibrate_stereo(pairs, board, progress=None):
         rms_px=fit.rms,
         left_rms_px=fit.sides[0],
         right_rms_px=fit.sides[1],
-        vertical_error_px=float(np.mean([_unseen_errors(fit, view, board, size)[0] for view in used])),
+        vertical_error_px=float(np.mean([unseen_errors(fit, view, board, size)[0] for view in used])),
         heldout_vertical_error_px=heldout[0],
         heldout_length_error_percent=heldout[1],
         focal_sigma_percent=fit.focal_sigma,
         board_bend_mm=float(np.ptp(fit.shape[:, 2])),
         lens=lens,
         pairs=len(pairs),
-        found=len(views),
+        found=found,
         used=tuple(view.name for view in used),
         dropped=tuple(sorted(dropped)),
     )
@@ -319,14 +305,15 @@ def calibrate_stereo(pairs, board, progress=None):
     return replace(result, verdict=verdict, reasons=reasons, _maps={})
 
 
-@dataclass(frozen=True, eq=False)
-class _View:
-    """The corners of one pair, and the place of that pair among all pairs."""
-
-    name: str
-    index: int
-    left: np.ndarray
-    right: np.ndarray
+def _check_spread(views, size):
+    """A board that never moves tells one view of itself, however many pictures there are."""
+    for seen in ("left", "right"):
+        corners = np.array([getattr(view, seen) for view in views])
+        if len(views) > 1 and corners.std(axis=0).mean() < STILL * size[0]:
+            raise CalibrationError(
+                f"The board is in the same place in all {len(views)} pairs. Between two pictures, move it to another "
+                "part of the picture, turn it, and tilt it to another side."
+            )
 
 
 def _find_views(pairs, board, progress):
@@ -345,162 +332,10 @@ def _find_views(pairs, board, progress):
         if lost:
             dropped.append((pair.name, f"no whole board in the {' and the '.join(lost)} picture"))
         else:
-            views.append(_View(pair.name, index, corners[0], match_order(corners[0], corners[1], board)))
+            views.append(View(pair.name, index, corners[0], match_order(corners[0], corners[1], board)))
         if progress:
             progress(index + 1, len(pairs))
     return views, dropped, size
-
-
-def _fit_without_outliers(views, board, size, lens):
-    """Fit, drop the pairs whose error is far above the median, fit again."""
-    kept = list(range(len(views)))
-    while True:
-        fit = _fit([views[i] for i in kept], board, size, lens)
-        errors = np.sqrt((fit.errors**2).mean(1))
-        bad = errors > OUTLIER * np.median(errors)
-        if not bad.any() or len(kept) - bad.sum() < max(FEWEST, len(views) // 2):
-            return fit, kept
-        kept = [i for i, out in zip(kept, bad, strict=True) if not out]
-
-
-def _fit(views, board, size, lens):
-    """Each camera alone, then both together, and the board's shape in turn with them."""
-    flat = board.corners_mm.astype(np.float32)
-    left, right = [v.left for v in views], [v.right for v in views]
-    try:
-        sides = [_calibrate_alone(flat, points, size, lens) for points in (left, right)]
-        k1, d1, k2, d2 = *sides[0][1:3], *sides[1][1:3]
-        shape = flat
-        for _ in range(SHAPE_ROUNDS):
-            solved = cv2.stereoCalibrateExtended(
-                [shape] * len(views), left, right, k1, d1, k2, d2, size, np.eye(3), np.zeros((3, 1)),
-                flags=lens | cv2.CALIB_USE_INTRINSIC_GUESS,
-            )  # fmt: skip
-            rms, k1, d1, k2, d2, rotation, translation = solved[:7]
-            used_shape, shape = shape, _board_shape(shape, flat, left, right, solved)
-    except (cv2.error, np.linalg.LinAlgError) as error:
-        raise CalibrationError(
-            "No two cameras explain these boards: the corners contradict each other. "
-            "Check that left and right were taken at the same moment, and the board's size."
-        ) from error
-    return _Fit(
-        k1, d1.ravel(), k2, d2.ravel(), rotation, translation.ravel(), float(rms), np.asarray(solved[-1]).reshape(-1, 2),
-        used_shape, (sides[0][0], sides[1][0]), max(side[3] for side in sides),
-    )  # fmt: skip
-
-
-def _calibrate_alone(flat, points, size, lens):
-    """RMS, matrix, distortion and the focal length's standard deviation in percent."""
-    solved = cv2.calibrateCameraExtended([flat] * len(points), points, size, None, None, flags=lens)
-    rms, matrix, distortion, sigma = solved[0], solved[1], solved[2], solved[5]
-    return float(rms), matrix, distortion, float(100 * sigma[0, 0] / matrix[0, 0])
-
-
-def _board_shape(shape, flat, left, right, solved):
-    """Move every board corner to where all views together put it (one least-squares step a corner).
-
-    Turning, shifting or scaling the whole board is taken out again: only its shape is measured.
-    """
-    _, k1, d1, k2, d2, rotation, translation = solved[:7]
-    normal, gradient = np.zeros((len(shape), 3, 3)), np.zeros((len(shape), 3))
-    for seen_left, seen_right in zip(left, right, strict=True):
-        _, rvec, tvec = cv2.solvePnP(shape, seen_left, k1, d1)
-        turn = cv2.Rodrigues(rvec)[0]
-        cameras = (
-            (seen_left, k1, d1, turn, tvec),
-            (seen_right, k2, d2, rotation @ turn, rotation @ tvec + translation),
-        )
-        for seen, matrix, distortion, turn_c, shift_c in cameras:
-            pixels, jacobian = cv2.projectPoints(shape, cv2.Rodrigues(turn_c)[0], shift_c, matrix, distortion)
-            by_point = jacobian[:, 3:6].reshape(-1, 2, 3) @ turn_c
-            normal += np.einsum("nij,nik->njk", by_point, by_point)
-            gradient += np.einsum("nij,ni->nj", by_point, seen - pixels.reshape(-1, 2))
-    moved = shape + np.linalg.solve(normal, gradient[..., None])[..., 0]
-    return _similar(moved, flat).astype(np.float32)
-
-
-def _similar(points, target):
-    """Turn, shift and scale ``points`` on to ``target`` (Umeyama)."""
-    a, b = points - points.mean(0), target - target.mean(0)
-    u, s, vt = np.linalg.svd(a.T @ b)
-    mirror = np.diag([1, 1, np.sign(np.linalg.det(u @ vt))])
-    scale = (s * np.diag(mirror)).sum() / (a**2).sum()
-    return scale * a @ (u @ mirror @ vt) + target.mean(0)
-
-
-def _check_sides(fit):
-    x, y, _ = fit.translation
-    if abs(y) > abs(x):
-        raise CalibrationError("One camera stands above the other. Put them side by side.")
-    if x > 0:
-        raise CalibrationError(
-            "Left and right are swapped: the camera called right stands to the left of the other. "
-            "Swap the folders (or the two patterns, or the two camera numbers)."
-        )
-
-
-# --- unseen pairs --------------------------------------------------------------------------------------
-
-
-def _choose_lens(views, board, size):
-    """The lens model that tells unseen pairs best: (name, fit, kept views, errors on unseen pairs)."""
-    best = None
-    for name, lens in LENSES.items():
-        fit, kept = _fit_without_outliers(views, board, size, lens)
-        if len(views) < FEWEST_TO_HOLD_OUT:
-            return name, fit, kept, (None, None)
-        errors = _heldout_errors(views, kept, board, size, lens)
-        # A richer model must earn its place: a tenth better, or the plain one stays.
-        if best is None or np.prod(errors) < 0.9 * np.prod(best[3]):
-            best = name, fit, kept, errors
-    return best
-
-
-def _heldout_errors(views, kept, board, size, lens):
-    """Mean rectified |Δv| (px) and diagonal error (%) of pairs that the fit has not seen.
-
-    Outliers are left out of the fit, never of the test: every pair is held out once.
-    """
-    errors = []
-    for fold in range(FOLDS):
-        seen = [views[i] for i in kept if views[i].index % FOLDS != fold]
-        unseen = [view for view in views if view.index % FOLDS == fold]
-        fit = _fit(seen, board, size, lens)
-        errors += [_unseen_errors(fit, view, board, size) for view in unseen]
-    return tuple(float(e) for e in np.mean(errors, 0))
-
-
-def _unseen_errors(fit, view, board, size):
-    """Mean |Δv| after rectification (px) and mean error of the two diagonals of the board (%)."""
-    rectified = cv2.stereoRectify(
-        fit.k1, fit.d1, fit.k2, fit.d2, size, fit.rotation, fit.translation.reshape(3, 1), alpha=0
-    )
-    r1, r2, p1, p2 = rectified[:4]
-    left = cv2.undistortPoints(view.left.reshape(-1, 1, 2), fit.k1, fit.d1, R=r1, P=p1).reshape(-1, 2)
-    right = cv2.undistortPoints(view.right.reshape(-1, 1, 2), fit.k2, fit.d2, R=r2, P=p2).reshape(-1, 2)
-    points = cv2.triangulatePoints(p1, p2, left.T.astype(float), right.T.astype(float))
-    points = (points[:3] / points[3]).T
-    n = board.columns
-    lengths = [np.linalg.norm(points[i] - points[j]) for i, j in ((0, -1), (n - 1, len(points) - n))]
-    diagonal = board.square_mm * np.hypot(board.columns - 1, board.rows - 1)
-    return np.abs(left[:, 1] - right[:, 1]).mean(), 100 * np.abs(np.array(lengths) / diagonal - 1).mean()
-
-
-def _why_dropped(fit, view, board, size):
-    """In words, why a pair does not fit the others."""
-    alone = []
-    for points, matrix, distortion in ((view.left, fit.k1, fit.d1), (view.right, fit.k2, fit.d2)):
-        _, rvec, tvec = cv2.solvePnP(fit.shape, points, matrix, distortion)
-        error = cv2.projectPoints(fit.shape, rvec, tvec, matrix, distortion)[0].reshape(-1, 2) - points
-        alone.append(np.sqrt((error**2).sum(1).mean()))
-    vertical = _unseen_errors(fit, view, board, size)[0]
-    if max(alone) > OUTLIER * fit.rms:
-        side = ("left", "right")[int(np.argmax(alone))]
-        return f"corners of the {side} picture are off by {max(alone):.2f} px: blurred, bent or partly hidden"
-    return f"the two pictures do not match ({vertical:.2f} px apart): were they taken at the same moment?"
-
-
-# --- once, then ever after ------------------------------------------------------------------------------
 
 
 def calibrate_recording(recording, progress=None):

@@ -169,7 +169,7 @@ def _calibrate(options):
 
 def _detect(options):
     from stereo_lab.detection import BallColor, BallDetector
-    from stereo_lab.recording import read_image
+    from stereo_lab.pictures import read_image
 
     color = _color_from(options.color_from) if options.color_from else BallColor.named(options.color)
     detector = BallDetector(color, options.method)
@@ -193,8 +193,8 @@ def _detect(options):
 def _color_from(path):
     """Learn a colour from a table file,u,v,radius_px; rows without a ball are passed over."""
     from stereo_lab.detection import BallColor
-    from stereo_lab.files import finite_number
-    from stereo_lab.recording import read_image, read_table
+    from stereo_lab.files import finite_number, read_table
+    from stereo_lab.pictures import read_image
 
     images, circles = [], []
     for where, row in read_table(path, ("file", "u", "v", "radius_px")):

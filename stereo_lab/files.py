@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import math
 import os
@@ -11,7 +12,7 @@ from pathlib import Path
 
 import platformdirs
 
-from stereo_lab.errors import StereoLabError
+from stereo_lab.errors import RecordingError, StereoLabError
 
 
 def write_whole(path, content):
@@ -96,3 +97,35 @@ def user_folder():
 def natural_key(path):
     """Sort key under which ``left2`` comes before ``left10``."""
     return [int(part) if part.isdigit() else part.lower() for part in re.split(r"(\d+)", str(path))]
+
+
+def read_table(path, columns):
+    """Rows of a CSV file as ``[(where, {column: text}), …]``.
+
+    A table saved by a spreadsheet with semicolons and decimal commas is read as well.
+
+    Raises
+    ------
+    RecordingError
+        If the file or one of the columns is missing.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise RecordingError(f"Cannot read the table {path}: {reason}.") from None
+    lines = text.splitlines()
+    semicolons = bool(lines) and lines[0].count(";") > lines[0].count(",")
+    if semicolons:
+        text = text.replace(",", ".")
+    rows = csv.DictReader(text.splitlines(), delimiter=";" if semicolons else ",")
+    names = [name.strip() for name in rows.fieldnames or []]
+    missing = [column for column in columns if column not in names]
+    if missing:
+        raise RecordingError(
+            f"{path}, line 1: expected the columns {', '.join(columns)}; missing: {', '.join(missing)}."
+        )
+    rows.fieldnames = names
+    filled = [(f"{path}, line {rows.line_num}", row) for row in rows]
+    return [(where, row) for where, row in filled if any((v or "").strip() for v in row.values() if isinstance(v, str))]

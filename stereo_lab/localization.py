@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stereo_lab.cone import BALL
 from stereo_lab.calibration import StereoCalibration, calibrate_recording
+from stereo_lab.cone import BALL
 from stereo_lab.depth import PaperDepth
 from stereo_lab.detection import BallDetector
-from stereo_lab.errors import RecordingError, StereoLabError
+from stereo_lab.errors import CalibrationError, RecordingError, StereoLabError
 from stereo_lab.position import LineFit, RigidFit
 from stereo_lab.recording import Position
 
@@ -162,6 +162,8 @@ def _fit_cone(recording, calibration, detectors):
         found.append(pair)
         measured = sample.measured
         places.append([measured.x_mm, measured.y_mm, recording.arm_depth_mm - measured.depth_mm])
+    if len(found) < 3:
+        _check_rows(calibration, detectors, samples)
     _enough(found, samples, 3, recording)
     points = _triangulate(calibration, *zip(*found, strict=True))
     fit = RigidFit.fit(points, np.array(places), _sigma(calibration, points))
@@ -176,6 +178,23 @@ def _fit_cone(recording, calibration, detectors):
         residuals,
         tuple(missed),
     )
+
+
+def _check_rows(calibration, detectors, samples):
+    """Where both cameras see a ball, but on different rows, the calibration is of other cameras."""
+    off = []
+    for sample in samples:
+        seen = [d.detect(image) for d, image in zip(detectors, (sample.pair.left, sample.pair.right), strict=True)]
+        if None not in seen:
+            rows = [
+                calibration.rectify_points([[d.u, d.v]], s)[0, 1] for d, s in zip(seen, ("left", "right"), strict=True)
+            ]
+            off.append(abs(rows[0] - rows[1]))
+    if len(off) >= 3 and np.median(off) > ROW_PX:
+        raise CalibrationError(
+            f"The calibration does not fit these pictures: both cameras see the ball, but on rows {np.median(off):.0f} px "
+            "apart. It was made with other cameras, or they moved since. Calibrate again."
+        )
 
 
 def _sigma(calibration, points):

@@ -5,23 +5,18 @@ The format is described in ``data/README.md``. Nothing is read before it is aske
 
 from __future__ import annotations
 
-import csv
-import glob
 import os
-import re
-import shutil
-import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 from stereo_lab.errors import RecordingError, StereoLabError
-from stereo_lab.files import finite_number, natural_key, read_json, write_json
+from stereo_lab.files import finite_number, natural_key, read_json, read_table
+from stereo_lab.importing import build_whole, expand, match_halves, one_size
 from stereo_lab.kinematics import TwoLinkArm
+from stereo_lab.pictures import PICTURES, read_image
 
-PICTURES = (".jpg", ".jpeg", ".png")
 REPOSITORY = Path(__file__).resolve().parent.parent
 COLORS = ("red", "orange", "yellow", "green", "blue")
 
@@ -208,78 +203,6 @@ def open_recording(path=None):
         raise RecordingError(str(error)) from None
 
 
-def read_image(path, grey_allowed=False):
-    """Read one picture as BGR, shape (height, width, 3), uint8.
-
-    Raises
-    ------
-    RecordingError
-        If the file is missing, broken or cut short, grey (unless allowed) or not 8 bits a channel.
-    """
-    path = Path(path)
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise RecordingError(f"Cannot read the picture {path}: {error.strerror or error}.") from None
-    image = None
-    if not _is_cut_short(data):
-        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if data else None
-    if image is None:
-        raise RecordingError(f"{path} is broken or cut short ({len(data)} bytes). Copy or take it again.")
-    if image.dtype != np.uint8:
-        raise RecordingError(
-            f"{path} has {8 * image.itemsize} bits a channel; 8 are expected. Save it as a plain JPEG."
-        )
-    if image.ndim == 2 or image.shape[2] == 1:
-        if not grey_allowed:
-            raise RecordingError(
-                f"{path} is a grey picture; the ball is found by its colour. Set the camera to colour."
-            )
-        image = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
-    return np.ascontiguousarray(image[..., :3])
-
-
-def _is_cut_short(data):
-    """True for a JPEG or PNG without its end mark: decoders fill in the rest with grey."""
-    if data[:2] == b"\xff\xd8":
-        return data.rfind(b"\xff\xd9") < data.rfind(b"\xff\xda")
-    if data[:8] == b"\x89PNG\r\n\x1a\n":
-        return b"IEND" not in data[-64:]
-    return False
-
-
-def read_table(path, columns):
-    """Rows of a CSV file as ``[(where, {column: text}), …]``.
-
-    A table saved by a spreadsheet with semicolons and decimal commas is read as well.
-
-    Raises
-    ------
-    RecordingError
-        If the file or one of the columns is missing.
-    """
-    path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise RecordingError(f"Cannot read the table {path}: {reason}.") from None
-    lines = text.splitlines()
-    semicolons = bool(lines) and lines[0].count(";") > lines[0].count(",")
-    if semicolons:
-        text = text.replace(",", ".")
-    rows = csv.DictReader(text.splitlines(), delimiter=";" if semicolons else ",")
-    names = [name.strip() for name in rows.fieldnames or []]
-    missing = [column for column in columns if column not in names]
-    if missing:
-        raise RecordingError(
-            f"{path}, line 1: expected the columns {', '.join(columns)}; missing: {', '.join(missing)}."
-        )
-    rows.fieldnames = names
-    filled = [(f"{path}, line {rows.line_num}", row) for row in rows]
-    return [(where, row) for where, row in filled if any((v or "").strip() for v in row.values() if isinstance(v, str))]
-
-
 # --- reading the folder ------------------------------------------------------------------------
 
 
@@ -421,8 +344,8 @@ def import_images(left_glob, right_glob, board, out, ball=None):
     out = Path(out)
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise RecordingError(f"{out} is there already. Name a folder that is new.")
-    halves = _match_halves(_expand(left_glob), _expand(right_glob))
-    size = _one_size([path for pair in halves for path in pair])
+    halves = match_halves(expand(left_glob), expand(right_glob))
+    size = one_size([path for pair in halves for path in pair])
     ball = ball or Ball("red", 40.0)
     facts = {
         "format": 1,
@@ -433,80 +356,5 @@ def import_images(left_glob, right_glob, board, out, ball=None):
         "board": {"columns": board.columns, "rows": board.rows, "square_mm": board.square_mm},
         "ball": {"color": ball.color, "diameter_mm": ball.diameter_mm},
     }
-    _build_whole(out, halves, facts)
+    build_whole(out, halves, facts)
     return open_recording(out.resolve())
-
-
-def _build_whole(out, halves, facts):
-    """Fill a temporary folder beside ``out``, then rename it."""
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        part = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
-    except OSError as error:
-        raise RecordingError(f"Cannot write beside {out}: {error.strerror or error}.") from None
-    try:
-        for index, pair in enumerate(halves):
-            for side, path in zip(("left", "right"), pair, strict=True):
-                _copy_picture(path, part / "calibration" / side / f"{index:03d}")
-        write_json(part / "recording.json", facts)
-        part.chmod(0o755)
-        if out.exists():
-            out.rmdir()
-        part.rename(out)
-    except OSError as error:
-        raise RecordingError(f"Cannot write {out}: {error.strerror or error}.") from None
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
-
-
-def _copy_picture(path, target):
-    target.parent.mkdir(parents=True, exist_ok=True)
-    suffix = path.suffix.lower()
-    if suffix in PICTURES:
-        shutil.copyfile(path, target.with_suffix(suffix))
-    else:
-        cv2.imwrite(str(target.with_suffix(".png")), read_image(path, grey_allowed=True))
-
-
-def _expand(pattern):
-    paths = [Path(p) for p in glob.glob(os.path.expanduser(str(pattern)))]
-    paths = sorted((p for p in paths if p.is_file()), key=natural_key)
-    if not paths:
-        raise RecordingError(f"No file matches {str(pattern)!r}. Put the pattern in quotes and check the folder.")
-    return paths
-
-
-def _match_halves(left, right):
-    """Pair by the last number in the file names where these are unique, else by order."""
-
-    def by_number(paths):
-        found = {}
-        for path in paths:
-            numbers = re.findall(r"\d+", path.stem)
-            found[int(numbers[-1]) if numbers else None] = path
-        return found if len(found) == len(paths) and None not in found else None
-
-    left_numbers, right_numbers = by_number(left), by_number(right)
-    if left_numbers and right_numbers and set(left_numbers) & set(right_numbers):
-        alone = sorted(set(left_numbers) ^ set(right_numbers))
-        if alone:
-            path = left_numbers.get(alone[0]) or right_numbers.get(alone[0])
-            raise RecordingError(
-                f"{path} has no other half: {len(left)} left and {len(right)} right pictures were found."
-            )
-        return [(left_numbers[k], right_numbers[k]) for k in sorted(left_numbers)]
-    if len(left) != len(right):
-        raise RecordingError(f"{len(left)} left and {len(right)} right pictures were found: each needs its other half.")
-    return list(zip(left, right, strict=True))
-
-
-def _one_size(paths):
-    sizes = {path: read_image(path, grey_allowed=True).shape[1::-1] for path in paths}
-    first = sizes[paths[0]]
-    for path, size in sizes.items():
-        if size != first:
-            raise RecordingError(
-                f"{path} is {size[0]}x{size[1]} pixels and {paths[0]} is {first[0]}x{first[1]}: "
-                "all pictures of a recording have one size."
-            )
-    return first

@@ -163,7 +163,9 @@ def _edges_of_color(likeness, small):
 def _votes(targets, height, width):
     u, v = np.rint(targets).astype(int).T
     inside = (u >= 0) & (u < width) & (v >= 0) & (v < height)
-    return np.bincount(v[inside] * width + u[inside], minlength=height * width).reshape(height, width).astype(np.float32)
+    return (
+        np.bincount(v[inside] * width + u[inside], minlength=height * width).reshape(height, width).astype(np.float32)
+    )
 
 
 def _apart(ranked):

@@ -91,11 +91,27 @@ def test_too_few_boards(bench):
 def test_pairs_not_taken_together(bench):
     pairs = bench.pairs("calibration")[:8]
     mixed = [replace(p, right_path=q.right_path) for p, q in zip(pairs, pairs[1:] + pairs[:1], strict=True)]
-    try:
-        result = calibrate_stereo(mixed, bench.board)
-    except CalibrationError:
-        return
-    assert result.verdict == "poor"
+    with pytest.raises(CalibrationError, match="same moment"):
+        calibrate_stereo(mixed, bench.board)
+
+
+def test_two_pairs_mixed_up_are_dropped_and_named(bench):
+    pairs = list(bench.pairs("calibration")[:14])
+    pairs[3], pairs[9] = (replace(pairs[i], right_path=pairs[j].right_path) for i, j in ((3, 9), (9, 3)))
+    result = calibrate_stereo(pairs, bench.board)
+    assert {name for name, _ in result.dropped} == {pairs[3].name, pairs[9].name}
+    assert result.rms_px < 0.1
+
+
+def test_a_board_that_never_moves(bench):
+    with pytest.raises(CalibrationError, match="same place in all 8 pairs"):
+        calibrate_stereo([bench.pairs("calibration")[3]] * 8, bench.board)
+
+
+def test_boards_in_one_corner_of_the_picture(bench):
+    pairs = bench.pairs("calibration")
+    result = calibrate_stereo([pairs[k] for k in (3, 4, 3, 4, 3, 4, 3)], bench.board)
+    assert result.verdict == "poor" and any("always in the same place" in reason for reason in result.reasons)
 
 
 def test_corners_are_exact_on_a_drawn_board():

@@ -2,13 +2,18 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
+import time
+from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from conftest import ROOT
 
+from stereo_lab.errors import CalibrationError
 from stereo_lab.localization import Localizer
 
 
@@ -43,6 +48,13 @@ def test_paper_localizer_holds_in_the_plane(bench, bench_calibration):
     errors, use = errors_mm(Localizer.fit(bench, "paper", bench_calibration), bench)
     assert np.percentile(errors[use == "plane"][:, :2], 95, axis=0).max() < 10
     assert errors[use == "volume"][:, :2].mean() > 20  # and nowhere else: the lesson rests on it
+
+
+def test_a_calibration_of_other_cameras_is_named(bench, bench_calibration):
+    turn = cv2.Rodrigues(np.radians([2.0, 0, 0]))[0]
+    other = replace(bench_calibration, rotation=turn @ bench_calibration.rotation, _maps={})
+    with pytest.raises(CalibrationError, match="other cameras"):
+        Localizer.fit(bench, calibration=other)
 
 
 @pytest.mark.slow
@@ -120,6 +132,22 @@ def test_import_then_calibrate(tmp_path):
 def test_bad_input_is_one_plain_sentence(arguments, says):
     code, _, errors = run(*arguments)
     assert code == 2 and says in errors
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Ctrl-C cannot be sent to another process there")
+@pytest.mark.parametrize("seconds", [1.0, 3.0])
+def test_ctrl_c_leaves_nothing_half_written(tmp_path, seconds):
+    source = ROOT / "data" / "bench" / "calibration"
+    command = [sys.executable, "-m", "stereo_lab", "calibrate", str(source.parent), "--json", str(tmp_path / "c.json")]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "STEREO_LAB_HOME": str(tmp_path / "home")}
+    running = subprocess.Popen(
+        command, cwd=ROOT, env=environment, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    time.sleep(seconds)
+    running.send_signal(signal.SIGINT)
+    _, errors = running.communicate(timeout=60)
+    assert running.returncode == 130 and "stopped" in errors and "Traceback" not in errors
+    assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
 
 
 def test_every_command_has_help_with_an_example():

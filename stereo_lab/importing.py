@@ -1,0 +1,91 @@
+"""Pictures taken elsewhere, paired and copied into a new recording."""
+
+from __future__ import annotations
+
+import glob
+import os
+import re
+import shutil
+import tempfile
+from pathlib import Path
+
+import cv2
+
+from stereo_lab.errors import RecordingError
+from stereo_lab.files import natural_key, write_json
+from stereo_lab.pictures import PICTURES, read_image
+
+
+def build_whole(out, halves, facts):
+    """Fill a temporary folder beside ``out``, then rename it."""
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        part = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
+    except OSError as error:
+        raise RecordingError(f"Cannot write beside {out}: {error.strerror or error}.") from None
+    try:
+        for index, pair in enumerate(halves):
+            for side, path in zip(("left", "right"), pair, strict=True):
+                _copy_picture(path, part / "calibration" / side / f"{index:03d}")
+        write_json(part / "recording.json", facts)
+        part.chmod(0o755)
+        if out.exists():
+            out.rmdir()
+        part.rename(out)
+    except OSError as error:
+        raise RecordingError(f"Cannot write {out}: {error.strerror or error}.") from None
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+
+
+def _copy_picture(path, target):
+    target.parent.mkdir(parents=True, exist_ok=True)
+    suffix = path.suffix.lower()
+    if suffix in PICTURES:
+        shutil.copyfile(path, target.with_suffix(suffix))
+    else:
+        cv2.imwrite(str(target.with_suffix(".png")), read_image(path, grey_allowed=True))
+
+
+def expand(pattern):
+    paths = [Path(p) for p in glob.glob(os.path.expanduser(str(pattern)))]
+    paths = sorted((p for p in paths if p.is_file()), key=natural_key)
+    if not paths:
+        raise RecordingError(f"No file matches {str(pattern)!r}. Put the pattern in quotes and check the folder.")
+    return paths
+
+
+def match_halves(left, right):
+    """Pair by the last number in the file names where these are unique, else by order."""
+
+    def by_number(paths):
+        found = {}
+        for path in paths:
+            numbers = re.findall(r"\d+", path.stem)
+            found[int(numbers[-1]) if numbers else None] = path
+        return found if len(found) == len(paths) and None not in found else None
+
+    left_numbers, right_numbers = by_number(left), by_number(right)
+    if left_numbers and right_numbers and set(left_numbers) & set(right_numbers):
+        alone = sorted(set(left_numbers) ^ set(right_numbers))
+        if alone:
+            path = left_numbers.get(alone[0]) or right_numbers.get(alone[0])
+            raise RecordingError(
+                f"{path} has no other half: {len(left)} left and {len(right)} right pictures were found."
+            )
+        return [(left_numbers[k], right_numbers[k]) for k in sorted(left_numbers)]
+    if len(left) != len(right):
+        raise RecordingError(f"{len(left)} left and {len(right)} right pictures were found: each needs its other half.")
+    return list(zip(left, right, strict=True))
+
+
+def one_size(paths):
+    sizes = {path: read_image(path, grey_allowed=True).shape[1::-1] for path in paths}
+    first = sizes[paths[0]]
+    for path, size in sizes.items():
+        if size != first:
+            raise RecordingError(
+                f"{path} is {size[0]}x{size[1]} pixels and {paths[0]} is {first[0]}x{first[1]}: "
+                "all pictures of a recording have one size."
+            )
+    return first
