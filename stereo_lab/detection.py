@@ -191,6 +191,7 @@ def check_image(image):
 
 BLUR_PX = 9
 HOUGH_RADII = (4, 0.2)  # least radius in px, largest as a part of the picture's height
+HOUGH_WIDTH = 1280  # a wider picture is made smaller: votes grow with the cube of the width
 MASK_LIMIT = 0.25  # of the picture; beyond it the Hough transform would vote for minutes
 
 
@@ -201,6 +202,9 @@ def detect_paper(image, color):
     -------
     Detection or None, score 1
     """
+    shrink = min(1.0, HOUGH_WIDTH / image.shape[1])
+    if shrink < 1:
+        image = cv2.resize(image, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
     mask = color.mask(image)
     if not 0 < np.count_nonzero(mask) < MASK_LIMIT * mask.size:
         return None
@@ -213,7 +217,7 @@ def detect_paper(image, color):
     if circles is None:
         return None
     u, v, radius = (float(c) for c in circles.reshape(-1, circles.shape[-1])[0, :3])
-    return Detection(u, v, radius, 1.0)
+    return Detection((u + 0.5) / shrink - 0.5, (v + 0.5) / shrink - 0.5, radius / shrink, 1.0)
 
 
 # --- colour tables -----------------------------------------------------------------------------------
