@@ -11,7 +11,6 @@ from conftest import ROOT
 
 PACKAGE = ROOT / "stereo_lab"
 LESSONS = {"calibration", "detection", "position", "depth", "kinematics"}
-NOTEBOOKS = sorted((ROOT / "notebooks").rglob("*.ipynb"))
 
 
 def imports(path):
@@ -40,21 +39,9 @@ def test_lessons_do_not_import_each_other(lesson):
 @pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda p: p.name)
 def test_heavy_packages_stay_where_they_belong(path):
     used = {name.split(".")[0] for name in imports(path)}
-    allowed = {"matplotlib": {"plots.py", "widgets.py", "report.py"}, "ipywidgets": {"widgets.py"}, "mitsuba": set()}
+    allowed = {"matplotlib": {"plots", "widgets", "report"}, "ipywidgets": {"widgets"}, "mitsuba": set()}
     for package, homes in allowed.items():
-        assert package not in used or path.name in homes
-
-
-def test_notebooks_are_there():
-    assert ROOT / "notebooks" / "00_start_here.ipynb" in NOTEBOOKS
-
-
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.name)
-def test_notebook_was_run_from_top_to_bottom(path):
-    cells = [c for c in json.loads(path.read_text(encoding="utf-8"))["cells"] if c["cell_type"] == "code"]
-    assert [c["execution_count"] for c in cells] == list(range(1, len(cells) + 1))
-    assert any(o["output_type"] == "stream" for c in cells for o in c["outputs"])
-    assert max(len("".join(c["source"]).splitlines()) for c in cells) <= 15
+        assert package not in used or homes & {path.stem, path.parent.name}
 
 
 def test_no_file_is_left_half_written():

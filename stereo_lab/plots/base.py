@@ -14,6 +14,7 @@ STYLE = {"font.size": 12, "axes.titlesize": 13, "axes.grid": True, "grid.alpha":
 
 def figure(rows=1, columns=1, height=4.5, width=11.0):
     """A figure in the kit's style; returns figure and axes."""
+    plt.draw_if_interactive()  # loads Jupyter's backend first: inside rc_context its settings would be undone
     with plt.rc_context(STYLE):
         return plt.subplots(rows, columns, figsize=(width, height), layout="constrained", squeeze=False)
 

@@ -1,0 +1,199 @@
+"""Kinds of answers: a number (or several), a choice, a function. Each says PASS or why not yet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereo_lab.exercises.blank import is_blank
+
+PASS, NOT_YET, NOT_ATTEMPTED = "PASS", "NOT YET", "NOT ATTEMPTED"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """PASS, NOT YET or NOT ATTEMPTED, with a sentence."""
+
+    status: str
+    text: str = ""
+
+    def __str__(self):
+        return f"{self.status} - {self.text}" if self.text else self.status
+
+
+@dataclass(frozen=True, eq=False)
+class Wrong:
+    """A mistake that people make: an answer that shows it, and what to say to it."""
+
+    answer: object
+    message: str
+
+
+@dataclass(frozen=True, eq=False)
+class Number:
+    """One number, or several in a row.
+
+    Attributes
+    ----------
+    right : float or array
+    tolerance : float, in ``unit``
+    unit : str, "" for a bare number
+    wrong : tuple of Wrong, their answers numbers of the same shape
+    praise : str, what a right answer means; after it nothing needs to be added
+    also : tuple, other right answers, for the tests
+    """
+
+    right: object
+    tolerance: float
+    unit: str = ""
+    wrong: tuple = ()
+    praise: str = ""
+    also: tuple = ()
+
+    def judge(self, answer):
+        right = np.asarray(self.right, float)
+        try:
+            value = np.asarray(answer, float)
+        except (TypeError, ValueError):
+            return Verdict(NOT_YET, f"expected {_kind(right)}, this is {_a(answer)}.")
+        if value.shape != right.shape and not (value.size == 1 and right.size == 1):
+            return Verdict(NOT_YET, f"expected {_kind(right)}, this has the shape {value.shape}.")
+        value = value.reshape(right.shape)
+        if not np.isfinite(value).all():
+            return Verdict(NOT_YET, "there is a value that is not a finite number.")
+        if self._same(value, right):
+            return Verdict(PASS, self.praise or f"{_say(value)} {self.unit}".strip() + ".")
+        for mistake in self.wrong:
+            if self._same(value, np.asarray(mistake.answer, float)):
+                return Verdict(NOT_YET, mistake.message)
+        return Verdict(NOT_YET, self._direction(value, right))
+
+    def _same(self, value, other):
+        return value.shape == other.shape and bool(np.all(np.abs(value - other) <= self.tolerance))
+
+    def _direction(self, value, right):
+        if right.size > 1:
+            worst = int(np.argmax(np.abs(value - right)))
+            return (
+                f"entry {worst} is {_say(value.ravel()[worst])} {self.unit}".rstrip()
+                + ", and that is the one farthest off."
+            )
+        return f"{_say(value)} {self.unit}".rstrip() + f" is too {'large' if value > right else 'small'}."
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """One of a few words. ``wrong`` holds one Wrong for each of the others."""
+
+    right: str
+    wrong: tuple
+    praise: str
+    also: tuple = ()
+
+    @property
+    def options(self):
+        return sorted([self.right, *(w.answer for w in self.wrong)])
+
+    def judge(self, answer):
+        if not isinstance(answer, str):
+            return Verdict(NOT_YET, f"answer with one of these words, in quotes: {', '.join(self.options)}.")
+        word = answer.strip().lower()
+        if word == self.right.lower() or word in self.also:
+            return Verdict(PASS, self.praise)
+        for mistake in self.wrong:
+            if word == mistake.answer.lower():
+                return Verdict(NOT_YET, mistake.message)
+        return Verdict(NOT_YET, f"{answer!r} is not among the answers: {', '.join(self.options)}.")
+
+
+@dataclass(frozen=True, eq=False)
+class Function:
+    """A function that is tried on several inputs.
+
+    Attributes
+    ----------
+    right : function
+    inputs : tuple of tuples, the arguments of each try
+    tolerance : float, in ``unit``
+    wrong : tuple of Wrong, their answers functions
+    """
+
+    right: object
+    inputs: tuple
+    tolerance: float
+    unit: str = ""
+    wrong: tuple = ()
+    praise: str = ""
+    also: tuple = ()
+
+    def judge(self, answer):
+        if not callable(answer):
+            return Verdict(NOT_YET, f"expected a function, this is {_a(answer)}. Give its name without brackets.")
+        outputs = []
+        for arguments in self.inputs:
+            try:
+                output = answer(*(np.copy(a) if isinstance(a, np.ndarray) else a for a in arguments))
+            except Exception as error:
+                return Verdict(NOT_YET, f"your function stopped with {type(error).__name__}: {error}")
+            if is_blank(output):
+                return Verdict(NOT_ATTEMPTED)
+            if output is None:
+                return Verdict(NOT_YET, "your function gives nothing back. Did you forget a return?")
+            outputs.append(output)
+        return self._compare(outputs)
+
+    def _compare(self, outputs):
+        fits = [self._same(o, self.right(*a)) for o, a in zip(outputs, self.inputs, strict=True)]
+        if all(fits):
+            return Verdict(PASS, self.praise or f"right for {len(fits)} tries.")
+        for mistake in self.wrong:
+            if all(self._same(o, mistake.answer(*a)) for o, a in zip(outputs, self.inputs, strict=True)):
+                return Verdict(NOT_YET, mistake.message)
+        k = fits.index(False)
+        known = f"right for {sum(fits)} of {len(fits)} tries, but " if any(fits) else ""
+        given = ", ".join(_say(a) for a in self.inputs[k])
+        wanted = f"{_say(self.right(*self.inputs[k]))} {self.unit}".rstrip()
+        return Verdict(NOT_YET, f"{known}for {given} it gives {_say(outputs[k])}, and {wanted} is expected.")
+
+    def _same(self, value, right):
+        try:
+            value, right = np.asarray(value, float), np.asarray(right, float)
+        except (TypeError, ValueError):
+            return False
+        if value.shape != right.shape and not (value.size == right.size == 1):
+            return False
+        return bool(np.all(np.abs(value.reshape(right.shape) - right) <= self.tolerance))
+
+
+def judge(kind, answer):
+    """The verdict on any answer; never raises."""
+    if is_blank(answer):
+        return Verdict(NOT_ATTEMPTED)
+    if answer is None:
+        return Verdict(NOT_YET, "the answer is None. Did a function forget its return?")
+    try:
+        return kind.judge(answer)
+    except Exception as error:
+        return Verdict(NOT_YET, f"the answer could not be looked at ({type(error).__name__}: {error}).")
+
+
+def _kind(right):
+    return "a number" if right.size == 1 else f"{right.size} numbers" if right.ndim == 1 else f"the shape {right.shape}"
+
+
+def _a(answer):
+    return f"a {type(answer).__name__}"
+
+
+def _say(value):
+    """A number as people write it; an array by its shape."""
+    if isinstance(value, str):
+        return repr(value)
+    try:
+        array = np.asarray(value, float)
+    except (TypeError, ValueError):
+        return _a(value)
+    if array.size == 1:
+        return f"{float(array.ravel()[0]):.4g}"
+    return "(" + ", ".join(f"{v:.4g}" for v in array.ravel()) + ")" if array.size <= 4 else f"an array {array.shape}"

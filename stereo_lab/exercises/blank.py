@@ -1,0 +1,50 @@
+"""The blank ``____`` that stands where the learner writes."""
+
+
+class Blank:
+    """Stands for an answer that is not written yet. Whatever is done with it, it stays a blank.
+
+    So ``____ - 3`` or ``____[0]`` in a half-written line does not stop the notebook.
+    """
+
+    _the_one = None
+
+    def __new__(cls):
+        cls._the_one = cls._the_one or super().__new__(cls)
+        return cls._the_one
+
+    def __repr__(self):
+        return "____"
+
+    def __getattr__(self, name):
+        if name.startswith("__") or name.startswith("_repr") or name.startswith("_ipython"):
+            raise AttributeError(name)
+        return self
+
+    def _stay(self, *_, **__):
+        return self
+
+    def __iter__(self):
+        return iter((self, self))
+
+    __call__ = __getitem__ = __neg__ = __abs__ = __round__ = _stay
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = _stay
+    __truediv__ = __rtruediv__ = __floordiv__ = __rfloordiv__ = __mod__ = __rmod__ = _stay
+    __pow__ = __rpow__ = __matmul__ = __rmatmul__ = _stay
+    __array_ufunc__ = None  # numpy leaves arithmetic with a blank to the blank
+
+
+____ = Blank()
+
+
+def is_blank(answer):
+    """True for a blank, and for a list, tuple, dictionary or array with a blank in it."""
+    if isinstance(answer, Blank):
+        return True
+    if isinstance(answer, dict):
+        return any(is_blank(value) for value in answer.values())
+    if isinstance(answer, (list, tuple)):
+        return any(is_blank(value) for value in answer)
+    if str(getattr(answer, "dtype", "")) == "object":
+        return any(is_blank(value) for value in answer.ravel())
+    return False

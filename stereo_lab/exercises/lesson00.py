@@ -1,0 +1,146 @@
+"""Questions of lesson 00: a first pair, a first place."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+from stereo_lab.exercises.answers import Choice, Function, Number, Wrong
+from stereo_lab.exercises.question import lesson
+from stereo_lab.localization import Localizer
+from stereo_lab.recording import Position, open_recording
+
+TRIES = ((Position(0, 0, 0), Position(3, 4, 0)), (Position(10, -20, 1000), Position(12, -14, 1003)))
+
+
+def questions(recording):
+    """Five questions; see :mod:`stereo_lab.exercises`."""
+    width, height = recording.image_size
+    left, right, position = _first_ball(str(recording.path))
+    jump = left.u - right.u
+    return lesson(
+        "00",
+        dict(
+            asks="In which picture is the ball farther to the left?",
+            answer=Choice(
+                "right",
+                (Wrong("left", "hold a finger up and close one eye, then the other: the right eye sees it farther left."),),
+                "the right camera stands farther right, so the ball moves to the left in its picture.",
+            ),
+            hints=(
+                "Compare the ball with the edge of each picture.",
+                "The right camera stands to the right of the left one. What does that do to everything it sees?",
+                'Write one of the two words, in quotes: farther_left_in = "____"',
+            ),
+            code='farther_left_in = "right"',
+            reason="Move to the right, and everything in front of you moves to the left.",
+            reference="right",
+        ),
+        dict(
+            asks="How many pixels wide is the picture?",
+            answer=Number(
+                width, 0, "px",
+                (
+                    Wrong(height, f"{height} is the number of rows, so the height. shape tells rows first, then columns."),
+                    Wrong(3, "3 is the number of colour values of a pixel: blue, green and red. The width comes before it."),
+                ),
+                f"{width} columns of pixels, numbered 0 to {width - 1}.",
+            ),
+            hints=(
+                "Look at the three numbers that left.shape gives.",
+                "They are rows, columns, colours. The width is the number of columns.",
+                "width = left.shape[____]",
+            ),
+            code="width = left.shape[1]",
+            reason="An image is an array of rows; a row is as long as the picture is wide.",
+            reference=width,
+        ),
+        dict(
+            asks="By how many pixels does the ball jump, from the left picture to the right one?",
+            answer=Number(
+                jump, 0.5, "px",
+                (
+                    Wrong(-jump, "your jump is below zero: you took the right picture first. Write left minus right."),
+                    Wrong(left.v - right.v, "that is the jump in v, up and down. The cameras stand side by side: take u."),
+                    Wrong(left.u, "that is u in the left picture alone. Take the other one away from it."),
+                ),
+                f"{jump:.0f} px, and nothing else tells the cameras how far away the ball is.",
+            ),
+            hints=(
+                "Each detection has u, the distance from the left edge in pixels.",
+                "The jump is one u less the other u. It should be above zero.",
+                "jump_px = ball_left.u - ____",
+            ),
+            code="jump_px = ball_left.u - ball_right.u",
+            reason="Left minus right is above zero for everything in front of the cameras.",
+            reference=jump,
+        ),
+        dict(
+            asks="The ball comes nearer to the cameras. What does its jump do?",
+            answer=Choice(
+                "grows",
+                (
+                    Wrong("shrinks", "try it with a finger: near your nose it jumps far, at arm's length only a little."),
+                    Wrong("stays", "then two cameras could not measure depth at all. Try it with a finger."),
+                ),
+                "near things jump far. Lesson 04 turns that into millimetres.",
+            ),
+            hints=(
+                "You carry two cameras with you: your eyes.",
+                "Close one eye, then the other, with a finger near your nose and at arm's length.",
+                'nearer_means = "____"   (grows, shrinks or stays)',
+            ),
+            code='nearer_means = "grows"',
+            reason="The jump is the baseline seen from the ball: near by, it is a wide angle.",
+            reference="grows",
+        ),
+        dict(
+            asks="Write the distance between two places in millimetres.",
+            answer=Function(
+                distance_mm, TRIES, 0.01, "mm",
+                (
+                    Wrong(lambda a, b: sum(_steps(a, b)), "you add the three steps. The straight way is shorter: Pythagoras."),
+                    Wrong(
+                        lambda a, b: sum(s * s for s in _steps(a, b)),
+                        "the square root is missing: your result is in square millimetres.",
+                    ),
+                    Wrong(
+                        lambda a, b: math.hypot(*_steps(a, b)[:2]),
+                        "right in the plane, but depth is left out: add the third step.",
+                    ),
+                ),
+                "this is how far the answer is off, in all three directions together.",
+                also=(lambda a, b: math.dist((a.x_mm, a.y_mm, a.depth_mm), (b.x_mm, b.y_mm, b.depth_mm)),),
+            ),
+            hints=(
+                "There are three steps: along x, along y, along depth.",
+                "Pythagoras works in space too: the root of the sum of the three squares. math.hypot does that.",
+                "return math.hypot(a.x_mm - b.x_mm, ____, ____)",
+            ),
+            code=(
+                "import math\n\n\ndef distance_mm(a, b):\n"
+                "    return math.hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm, a.depth_mm - b.depth_mm)"
+            ),
+            reason="The straight line between two points is the root of the sum of the squared steps.",
+            reference=distance_mm,
+        ),
+    )  # fmt: skip
+
+
+def distance_mm(a, b):
+    """Distance between two Positions, mm."""
+    return math.hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm, a.depth_mm - b.depth_mm)
+
+
+def _steps(a, b):
+    return abs(a.x_mm - b.x_mm), abs(a.y_mm - b.y_mm), abs(a.depth_mm - b.depth_mm)
+
+
+@lru_cache(maxsize=4)
+def _first_ball(path):
+    """The two detections and the place of the ball in the first evaluation pair."""
+    recording = open_recording(path)
+    localizer = Localizer.fit(recording)
+    pair = recording.samples("evaluation")[0].pair
+    left, right = localizer.detect(pair.left, pair.right)
+    return left, right, localizer.position(left, right)

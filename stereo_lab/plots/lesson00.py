@@ -1,0 +1,44 @@
+"""Figures of lesson 00."""
+
+from __future__ import annotations
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION
+
+__all__ = ["jump_against_depth", "rig_from_above"]
+
+
+def rig_from_above(left_x_mm, baseline_mm, arm_depth_mm, reach_mm, balls_x_mm, balls_depth_mm, title, ax=None):
+    """The bench from above: two cameras, the plane of the arm, and places of the ball; all in mm."""
+    ax = ax or plt.gca()
+    cameras = np.array([left_x_mm, left_x_mm + baseline_mm])
+    ax.plot(balls_depth_mm, balls_x_mm, "o", color=VERMILION, markersize=8, markeredgecolor=BLACK)
+    ax.annotate(
+        "places of the ball", (balls_depth_mm[0], balls_x_mm[0]), xytext=(12, 18), textcoords="offset points",
+        arrowprops={"arrowstyle": "-"},
+    )  # fmt: skip
+    ax.plot([0, 0], cameras, ">", color=BLUE, markersize=16)
+    ax.annotate("left camera", (0, cameras[0]), xytext=(14, 16), textcoords="offset points", va="center")
+    ax.annotate("right camera", (0, cameras[1]), xytext=(14, -16), textcoords="offset points", va="center")
+    ax.plot([arm_depth_mm] * 2, [-reach_mm, reach_mm], "--", color=GREEN, linewidth=2)
+    ax.plot([arm_depth_mm], [0], "s", color=ORANGE, markersize=11, markeredgecolor=BLACK)
+    ax.annotate("arm's shoulder: x = 0", (arm_depth_mm, 0), xytext=(10, -4), textcoords="offset points")
+    ax.annotate("plane of the arm", (arm_depth_mm, -reach_mm), xytext=(8, -4), textcoords="offset points")
+    ax.invert_yaxis()
+    ax.set_aspect("equal")
+    ax.set_xlabel("depth from the cameras (mm)")
+    ax.set_ylabel("x, to the right (mm)")
+    ax.set_title(title)
+    return ax
+
+
+def jump_against_depth(jumps_px, depths_mm, title, ax=None):
+    """Depth of the ball against its jump from the left picture to the right one."""
+    ax = ax or plt.gca()
+    ax.plot(jumps_px, depths_mm, "o", color=BLUE, markersize=9)
+    ax.set_xlabel("jump of the ball, left u − right u (px)")
+    ax.set_ylabel("depth (mm)")
+    ax.set_title(title)
+    return ax

@@ -1,0 +1,134 @@
+"""Every question: the untouched stub, right answers, each listed wrong answer, on both recordings."""
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+from stereo_lab.errors import StereoLabError
+from stereo_lab.exercises import LESSONS, ____, questions
+from stereo_lab.exercises.answers import Choice, Function, Number, Wrong, judge
+from stereo_lab.exercises.question import lesson
+from stereo_lab.recording import open_recording
+
+
+@pytest.fixture(autouse=True)
+def own_home(tmp_path_factory, monkeypatch):
+    """Progress of these tests goes to a folder of its own; calibrations stay where they are."""
+    folder = tmp_path_factory.mktemp("home") / "progress.json"
+    monkeypatch.setattr("stereo_lab.exercises.progress._path", lambda: folder)
+
+
+@pytest.fixture(scope="module", params=[(r, n) for r in ("bench", "second_rig") for n in LESSONS], ids="-".join)
+def asked(request):
+    name, number = request.param
+    return questions(number, open_recording(ROOT / "data" / name))
+
+
+def test_there_are_five_at_least(asked):
+    assert len(asked) >= 5 and [q.number for q in asked] == list(range(1, len(asked) + 1))
+
+
+def test_untouched_stub(asked, capsys):
+    for q in asked:
+        q.check(____)
+        assert capsys.readouterr().out == "NOT ATTEMPTED\n"
+        assert q.carry(____) is q.reference
+        if isinstance(q.answer, Function):
+            q.check(lambda *_: ____)
+            assert capsys.readouterr().out == "NOT ATTEMPTED\n"
+
+
+def test_right_answers_pass(asked, capsys):
+    for q in asked:
+        for right in (q.reference, *q.answer.also):
+            q.check(right)
+            out = capsys.readouterr().out
+            assert out.startswith("PASS - "), (q.name, out)
+            assert q.carry(right) is right
+
+
+def test_wrong_answers_get_their_own_message(asked, capsys):
+    for q in asked:
+        assert q.answer.wrong, f"{q.name} knows no wrong answer"
+        for wrong in q.answer.wrong:
+            q.check(wrong.answer)
+            assert capsys.readouterr().out == f"NOT YET - {wrong.message}\n", q.name
+            assert q.carry(wrong.answer) is q.reference
+
+
+def test_other_wrong_answers_never_raise(asked, capsys):
+    for q in asked:
+        for nonsense in (None, "?", float("nan"), [], np.zeros((2, 3)), object(), lambda: None, {"a": 1}, 1e300):
+            q.check(nonsense)
+            assert capsys.readouterr().out.startswith("NOT YET - "), (q.name, nonsense)
+
+
+def test_hints_are_staged_and_solutions_shown(asked, capsys):
+    for q in asked:
+        assert len(q.hints) >= 3
+        for k in range(len(q.hints) + 1):
+            q.hint()
+            assert capsys.readouterr().out.startswith(f"Hint {min(k + 1, len(q.hints))} of")
+        assert any("____" in hint for hint in q.hints[-1:]), f"{q.name}: the last hint is a line with a hole"
+        q.solution()
+        out = capsys.readouterr().out
+        assert q.code.splitlines()[0] in out and q.reason in out
+
+
+def test_solutions_are_right(asked, capsys):
+    """The shown code, put under an empty notebook's names, is at least Python."""
+    for q in asked:
+        compile(q.code, q.name, "exec")
+
+
+def test_unknown_lesson():
+    with pytest.raises(StereoLabError, match="no questions"):
+        questions("99", None)
+
+
+def test_blank_stays_a_blank():
+    assert repr(____) == "____" and (____ + 1) is ____ and (2 - ____)[0] is ____ and ____.u is ____
+    assert (np.float64(2) * ____) is ____ and (np.ones(3) - ____) is ____
+    assert judge(Number(1.0, 0.1), [1, ____]).status == "NOT ATTEMPTED"
+
+
+def test_progress_is_counted(capsys):
+    number = dict(asks="?", hints=("a", "b", "c ____"), code="x = 1", reason="so", reference=1.0)
+    first, second = lesson("77", dict(number, answer=Number(1.0, 0.1)), dict(number, answer=Number(2.0, 0.1)))
+    first.check(1.0)
+    first.check(1.05)
+    second.check(2.0)
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split("(")[1] for line in lines] == ["lesson 77: 1 of 2)", "lesson 77: 1 of 2)", "lesson 77: 2 of 2)"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "answer", "says"),
+    [
+        (Number(2.0, 0.1, "mm"), 3, "3 mm is too large"),
+        (Number(2.0, 0.1, "mm"), "two", "expected a number"),
+        (Number((1.0, 2.0), 0.1, "mm"), (1.0, 5.0), "entry 1"),
+        (Number((1.0, 2.0), 0.1, "mm"), 1.0, "expected 2 numbers"),
+        (Number(2.0, 0.1, "", (Wrong(-2.0, "sign"),)), -2, "sign"),
+        (Choice("up", (Wrong("down", "no"),), "yes"), "sideways", "not among"),
+        (Choice("up", (Wrong("down", "no"),), "yes"), 7, "in quotes"),
+        (Function(lambda x: x, ((1.0,), (2.0,)), 0.1), lambda x: 1 / 0, "ZeroDivisionError"),
+        (Function(lambda x: x, ((1.0,), (2.0,)), 0.1), lambda x: None, "return"),
+        (Function(lambda x: x, ((1.0,), (2.0,)), 0.1), lambda x: 1.0, "right for 1 of 2"),
+        (Function(lambda x: x, ((1.0,), (2.0,)), 0.1), 3.0, "expected a function"),
+    ],
+)
+def test_what_a_wrong_answer_is_told(kind, answer, says):
+    verdict = judge(kind, answer)
+    assert verdict.status == "NOT YET" and says in verdict.text
+
+
+def test_a_function_cannot_change_its_inputs():
+    array = np.zeros(3)
+
+    def spoil(a):
+        a += 1
+        return a
+
+    judge(Function(lambda a: a, ((array,),), 0.1), spoil)
+    assert not array.any()

@@ -1,0 +1,135 @@
+"""The notebooks: how they are built, the solved course, and every lesson on somebody else's rig."""
+
+import json
+import re
+
+import nbformat
+import pytest
+from conftest import ROOT
+from nbclient import NotebookClient
+
+from stereo_lab.exercises import LESSONS, questions
+from stereo_lab.recording import open_recording
+
+NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
+STUB = re.compile(r"\bq(\d+)\.check\(")
+every_notebook = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
+
+
+def cells_of(path):
+    return json.loads(path.read_text(encoding="utf-8"))["cells"]
+
+
+def source(cell):
+    return "".join(cell["source"])
+
+
+def test_a_notebook_for_every_lesson_with_questions():
+    assert [path.stem[:2] for path in NOTEBOOKS] == list(LESSONS)
+
+
+@every_notebook
+def test_it_was_run_from_top_to_bottom(path):
+    code = [c for c in cells_of(path) if c["cell_type"] == "code"]
+    assert [c["execution_count"] for c in code] == list(range(1, len(code) + 1))
+    assert any(o["output_type"] == "stream" for c in code for o in c["outputs"])
+    assert not [o for c in code for o in c["outputs"] if o["output_type"] == "error" or o.get("name") == "stderr"]
+
+
+@every_notebook
+def test_its_cells_are_short(path):
+    for cell in cells_of(path):
+        if cell["cell_type"] == "code":
+            assert len(source(cell).splitlines()) <= 15, source(cell)
+        else:
+            words = re.sub(r"\|.*\|", "", source(cell)).split()
+            assert len(words) <= 150, source(cell)
+
+
+@every_notebook
+def test_it_has_the_parts_of_a_lesson(path):
+    text = "\n".join(source(c) for c in cells_of(path) if c["cell_type"] == "markdown")
+    for part in (
+        "**You will be able to**",
+        "**Time:**",
+        "**Needed:**",
+        "**Predict",
+        "**Change",
+        "## You can now",
+        "## On the way home",
+    ):
+        assert part in text, part
+    assert "💻" in text or "🤖" in text
+    code = "\n".join(source(c) for c in cells_of(path) if c["cell_type"] == "code")
+    assert "closing_table(" in code and "open_recording()" in code
+
+
+@every_notebook
+def test_every_figure_is_described_in_words(path):
+    cells = cells_of(path)
+    for cell, after in zip(cells, [*cells[1:], None], strict=True):
+        if cell["cell_type"] == "code" and any("image/png" in o.get("data", {}) for o in cell["outputs"]):
+            assert after is not None and source(after).startswith("*Figure: "), source(cell)
+
+
+@every_notebook
+def test_every_link_leads_somewhere(path):
+    text = "\n".join(source(c) for c in cells_of(path) if c["cell_type"] == "markdown")
+    for link in re.findall(r"\]\(([^)#]+)\)", text):
+        assert link.startswith("http") or (path.parent / link).exists(), link
+
+
+@every_notebook
+def test_its_questions_are_asked_in_order_and_unanswered(path):
+    number = path.stem[:2]
+    stubs = [(STUB.search(source(c)), c) for c in cells_of(path) if c["cell_type"] == "code"]
+    stubs = [(int(found.group(1)), cell) for found, cell in stubs if found]
+    assert [k for k, _ in stubs] == [q.number for q in questions(number, open_recording(ROOT / "data" / "bench"))]
+    for k, cell in stubs:
+        assert "____" in source(cell) and f"q{k}.carry(" in source(cell)
+        assert [o["text"] for o in cell["outputs"]][0] in ("NOT ATTEMPTED\n", ["NOT ATTEMPTED\n"])
+
+
+@pytest.mark.parametrize("number", LESSONS)
+def test_the_teacher_has_an_answer_to_every_question(number):
+    (page,) = (ROOT / "notebooks" / "instructor").glob(f"{number}_*.md")
+    text = page.read_text(encoding="utf-8")
+    for q in questions(number, open_recording(ROOT / "data" / "bench")):
+        assert re.search(rf"^### {re.escape(q.name)}\b", text, re.MULTILINE), f"{page.name} has no answer to {q.name}"
+    for part in ("minutes", "prepare", "goes wrong", "way home", "faster", "slower"):
+        assert part in text.lower(), f"{page.name} says nothing of: {part}"
+
+
+def run(notebook, monkeypatch, recording="bench"):
+    """Run a notebook as a learner's JupyterLab would; returns its text output."""
+    monkeypatch.setenv("STEREO_LAB_RECORDING", str(ROOT / "data" / recording))
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    NotebookClient(
+        notebook, timeout=240, kernel_name="python3", resources={"metadata": {"path": str(ROOT / "notebooks")}}
+    ).execute()
+    return "".join(
+        o["text"] for c in notebook.cells if c.cell_type == "code" for o in c.outputs if o.output_type == "stream"
+    )
+
+
+@pytest.mark.slow
+@every_notebook
+def test_the_solved_course_runs_and_passes(path, monkeypatch):
+    notebook = nbformat.read(path, 4)
+    asked = questions(path.stem[:2], open_recording(ROOT / "data" / "bench"))
+    for cell in notebook.cells:
+        found = STUB.search(cell.source) if cell.cell_type == "code" else None
+        if found:
+            q = asked[int(found.group(1)) - 1]
+            cell.source = q.code + "\n" + cell.source[cell.source.index(found.group(0)) :]
+    text = run(notebook, monkeypatch)
+    assert text.count("PASS - ") == len(asked)
+    assert "NOT ATTEMPTED" not in text and "NOT YET" not in text
+
+
+@pytest.mark.slow
+@every_notebook
+def test_it_runs_on_another_rig(path, monkeypatch):
+    text = run(nbformat.read(path, 4), monkeypatch, "second_rig")
+    assert open_recording(ROOT / "data" / "second_rig").title in text
+    assert "NOT YET" not in text and not re.search(r"\bnan\b|\binf\b", text)
