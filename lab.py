@@ -21,6 +21,7 @@ PYTHON = os.path.join(BIN, "python.exe" if os.name == "nt" else "python")
 STAMP = os.path.join(VENV, "stereo_lab.stamp")
 OLDEST = (3, 10)
 SPACE_MB = 900
+EXTRAS = os.environ.get("STEREO_LAB_EXTRAS", "")  # such as "browser": what the tests of widgets need as well
 ME = "py lab.py" if os.name == "nt" else "python3 lab.py"
 
 
@@ -58,7 +59,7 @@ def check_python():
 
 def wanted():
     """What the environment is made from, as one line: a changed line makes it out of date."""
-    digest = hashlib.sha256(repr((sys.version_info[:2], HERE)).encode("utf-8"))
+    digest = hashlib.sha256(repr((sys.version_info[:2], HERE, EXTRAS)).encode("utf-8"))
     for name in ("environment.txt", "pyproject.toml"):
         with open(os.path.join(HERE, name), "rb") as file:
             digest.update(file.read().replace(b"\r\n", b"\n"))
@@ -95,6 +96,9 @@ def make_environment():
             install = [PYTHON, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
         step(install + ["-r", os.path.join(HERE, "environment.txt")], "install the packages")
         step(install + ["--no-deps", "--no-build-isolation", "-e", HERE], "install the kit")
+        if EXTRAS:
+            step(install + [HERE + "[" + EXTRAS + "]"], "install the extras " + EXTRAS)
+            step(install + ["--no-deps", "--no-build-isolation", "-e", HERE], "install the kit")
         with open(STAMP, "w", encoding="utf-8") as file:
             file.write(wanted())
     except OSError as error:
@@ -118,6 +122,8 @@ def step(command, what):
     low = output.lower()
     if "no space left" in low:
         why = "the disk is full"
+    elif "no matching distribution" in low or "no solution found" in low:
+        why = "a package was not found: is this computer online, and this Python not newer than the kit knows?"
     elif any(sign in low for sign in ("connection", "resolve", "network", "timed out", "dns", "unreachable")):
         why = "the packages could not be fetched: is this computer online, and may it download?"
     else:
