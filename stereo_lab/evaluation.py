@@ -10,7 +10,7 @@ import numpy as np
 from stereo_lab.calibration import calibrate_recording
 from stereo_lab.detection import HUES, BallDetector
 from stereo_lab.errors import StereoLabError
-from stereo_lab.localization import Localizer
+from stereo_lab.localization import Localizer, find_pair
 from stereo_lab.recording import open_recording
 
 METHODS = ("paper", "cone")
@@ -178,10 +178,7 @@ def _clutter_right(method, color, clutter, calibration, pair, true):
         found = [d.detect(image) for d, image in zip(detectors, (pair.left, pair.right), strict=True)]
         found = None if None in found else found
     else:
-        pair_finder = Localizer(
-            calibration, "cone", tuple(detectors), (), 0.0, clutter.ball.diameter_mm, np.empty((0, 3))
-        )
-        found = pair_finder.detect(pair.left, pair.right)
+        found = find_pair(calibration, detectors, clutter.ball.diameter_mm, pair.left, pair.right)
     if found is None or true is None:
         return found is None and true is None
     return all(is_hit(d, true[side]) for d, side in zip(found, ("left", "right"), strict=True))

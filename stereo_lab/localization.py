@@ -94,9 +94,9 @@ class Localizer:
             found = tuple(
                 d.detect(image, before) for d, image, before in zip(self.detectors, (left, right), near, strict=True)
             )
-            if None not in found and _same_ball(self, *found):
+            if None not in found and _same_ball(self.calibration, self.diameter_mm, *found):
                 return found
-        return _best_pair(self, left, right)
+        return find_pair(self.calibration, self.detectors, self.diameter_mm, left, right)
 
     def position(self, left, right):
         """Two detections of one ball to a place on the bench."""
@@ -119,16 +119,28 @@ def _triangulate(calibration, left, right):
     return calibration.triangulate(*rectified)
 
 
-def _best_pair(localizer, left, right):
-    """Of all round things in both pictures, the two that are one ball: same row, right size, best scores."""
-    seen = [d.candidates(image, CANDIDATES) for d, image in zip(localizer.detectors, (left, right), strict=True)]
-    pairs = [(a, b) for a in seen[0] for b in seen[1] if a.score + b.score >= 2 * BALL and _same_ball(localizer, a, b)]
+def find_pair(calibration, detectors, diameter_mm, left, right):
+    """Of all round things in both pictures, the two that are one ball: same row, right size, best scores.
+
+    Parameters
+    ----------
+    calibration : StereoCalibration
+    detectors : (BallDetector, BallDetector), left and right
+    diameter_mm : float, of the ball
+    left, right : ndarray, raw pictures, BGR
+
+    Returns
+    -------
+    (Detection, Detection) in raw pixels, or None
+    """
+    seen = [d.candidates(image, CANDIDATES) for d, image in zip(detectors, (left, right), strict=True)]
+    pairs = [(a, b) for a in seen[0] for b in seen[1] if a.score + b.score >= 2 * BALL]
+    pairs = [pair for pair in pairs if _same_ball(calibration, diameter_mm, *pair)]
     return max(pairs, key=lambda pair: pair[0].score * pair[1].score, default=None)
 
 
-def _same_ball(localizer, left, right):
+def _same_ball(calibration, diameter_mm, left, right):
     """The epipolar constraint, and the ball's own size, told by both cameras."""
-    calibration = localizer.calibration
     rows = [calibration.rectify_points([[d.u, d.v]], side)[0, 1] for d, side in ((left, "left"), (right, "right"))]
     radius = max(left.radius_px, right.radius_px)
     if abs(rows[0] - rows[1]) > max(ROW_PX, ROW_OF_RADIUS * radius):
@@ -139,7 +151,7 @@ def _same_ball(localizer, left, right):
     distance = float(np.linalg.norm(point))
     for detection, side in ((left, "left"), (right, "right")):
         slope = detection.radius_px / calibration.camera(side)[0][0, 0]
-        size = 2 * distance * slope / np.hypot(1, slope) / localizer.diameter_mm
+        size = 2 * distance * slope / np.hypot(1, slope) / diameter_mm
         if abs(size - 1) > SIZE + 1.0 / detection.radius_px:
             return False
     return True
@@ -149,13 +161,10 @@ def _same_ball(localizer, left, right):
 
 
 def _fit_cone(recording, calibration, detectors):
-    empty = Localizer(
-        calibration, "cone", detectors, (), recording.arm_depth_mm, recording.ball.diameter_mm, np.empty((0, 3))
-    )
     samples = [*recording.samples("position"), *recording.samples("depth")]
     found, places, missed = [], [], []
     for sample in samples:
-        pair = _best_pair(empty, sample.pair.left, sample.pair.right)
+        pair = find_pair(calibration, detectors, recording.ball.diameter_mm, sample.pair.left, sample.pair.right)
         if pair is None:
             missed.append(sample.pair.name)
             continue
