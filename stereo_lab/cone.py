@@ -57,7 +57,8 @@ def find_balls(image, color, camera=None, offset=(0, 0), enough=CLEAN):
     seen = []
     for copy in small_copies(image, color):
         for circles in (blob_circles, voted_circles):
-            seen += _measured(image, circles(copy), color, camera, offset, seen)
+            sift = circles is voted_circles  # there are many, and most of them are nothing
+            seen += _measured(image, circles(copy), color, camera, offset, seen, sift)
             if any(thing.score >= enough for thing in seen) or _all_told(copy, seen, offset):
                 break
         if any(thing.score >= BALL for thing in seen):
@@ -76,12 +77,12 @@ def _all_told(copy, seen, offset):
     return np.count_nonzero(rest) < LITTLE * told
 
 
-def _measured(image, circles, color, camera, offset, seen):
+def _measured(image, circles, color, camera, offset, seen, sift):
     """What may be a ball among the circles; those that start where one was found already are passed over."""
     found = []
     for circle in circles:
         if not any(_known(circle, thing, offset) for thing in (*seen, *found)):
-            thing = measure(image, circle, color, camera, offset)
+            thing = measure(image, circle, color, camera, offset, sift)
             if thing is not None and thing.score >= WEAK:
                 found.append(thing)
     return found
@@ -115,14 +116,15 @@ def _distinct(balls):
 # --- following the edge ----------------------------------------------------------------------------------
 
 
-def measure(image, circle, color, camera=None, offset=(0, 0)):
+def measure(image, circle, color, camera=None, offset=(0, 0), sift=False):
     """Follow the edge of one round thing and judge it: a :class:`Round`, or None.
 
     First where the *ball's colour* ends, which marbling and shade do not disturb; then, from there,
-    where *any* colour changes most, which is more exact and sees a red ball before a red cloth.
+    where *any* colour changes most, which is more exact and sees a red ball before a red cloth. With
+    ``sift``, what is hopeless by its colour is not looked at twice.
     """
     rough = _follow(image, circle, lambda u, v, r, band: color_edge(image, u, v, r, band, color), 0.06)
-    if rough is not None and _judged(image, rough, color, offset).score < HOPELESS:
+    if sift and rough is not None and _judged(image, rough, color, offset).score < HOPELESS:
         return None
     start = circle if rough is None else (rough.u, rough.v, rough.radius_px)
     fine = _follow(
