@@ -251,3 +251,25 @@ def _enough(found, samples, least, recording):
             f"The {recording.ball.color} ball was found in {len(found)} of {len(samples)} measured pairs; "
             f"{least} are needed. Check ball color and diameter_mm in {recording.path / 'recording.json'}."
         )
+
+
+def disparities(localizer, samples):
+    """Disparity d = u_left − u_right, in rectified px, of the ball in each sample where it is found.
+
+    Returns
+    -------
+    disparity_px_N : ndarray, shape (N,)
+    found : list of the N samples
+    """
+    values, found = [], []
+    for sample in samples:
+        pair = localizer.detect(sample.pair.left, sample.pair.right)
+        if pair is None:
+            continue
+        columns = [d.u for d in pair]
+        if localizer.method != "paper":  # the paper's way looks at rectified pictures already
+            both = zip(pair, ("left", "right"), strict=True)
+            columns = [localizer.calibration.rectify_points([[d.u, d.v]], side)[0, 0] for d, side in both]
+        values.append(columns[0] - columns[1])
+        found.append(sample)
+    return np.array(values), found

@@ -1,1 +1,102 @@
 """Figures of lesson 04."""
+
+from __future__ import annotations
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION
+
+__all__ = ["depth_curves", "depth_terms", "error_band", "error_of_baseline", "similar_triangles"]
+
+
+def similar_triangles(baseline_mm, focal_px, depth_mm, x_mm, title, ax=None):
+    """Two pinhole cameras from above, the ball, and where its rays meet the sensors (not to scale)."""
+    ax = ax or plt.gca()
+    sensor = 0.18 * depth_mm  # drawn length of the focal distance
+    ball = np.array([x_mm, depth_mm])
+    for x, name, color, dash in ((0.0, "left", BLUE, "-"), (baseline_mm, "right", VERMILION, "--")):
+        hit = x + (ball[0] - x) * sensor / depth_mm
+        ax.plot([x, ball[0]], [0, ball[1]], dash, color=color, linewidth=2)
+        ax.plot([x - 0.45 * baseline_mm, x + 0.45 * baseline_mm], [sensor, sensor], color=BLACK, linewidth=3)
+        ax.plot([x, x], [0, sensor], ":", color=BLACK)
+        ax.plot(x, 0, "^", color=color, markersize=14)
+        ax.plot(hit, sensor, "o", color=color, markersize=8)
+        ax.annotate(f"{name} camera", (x, 0), xytext=(0, -20), textcoords="offset points", ha="center")
+        ax.annotate(f"u {name}", (hit, sensor), xytext=(8, 6), textcoords="offset points", color=color)
+    ax.plot(*ball, "o", color=ORANGE, markersize=18, markeredgecolor=BLACK)
+    ax.annotate("ball", ball, xytext=(14, -4), textcoords="offset points")
+    far = baseline_mm * 1.75
+    ax.annotate("", (far, 0), (far, depth_mm), arrowprops={"arrowstyle": "<->"})
+    ax.annotate(" Z", (far, depth_mm / 2))
+    ax.annotate("", (0, -0.16 * depth_mm), (baseline_mm, -0.16 * depth_mm), arrowprops={"arrowstyle": "<->"})
+    ax.annotate("B", (baseline_mm / 2, -0.155 * depth_mm), ha="center", va="bottom")
+    ax.annotate("", (-0.6 * baseline_mm, 0), (-0.6 * baseline_mm, sensor), arrowprops={"arrowstyle": "<->"})
+    ax.annotate("f ", (-0.6 * baseline_mm, sensor / 2), ha="right", va="center")
+    ax.set_xlim(-0.9 * baseline_mm, 2.1 * baseline_mm)
+    ax.set_ylim(-0.26 * depth_mm, 1.12 * depth_mm)
+    ax.axis("off")
+    ax.set_title(title)
+    return ax
+
+
+def depth_curves(curves, fit_px, fit_mm, check_px, check_mm, title, ax=None):
+    """Depth against disparity: ``curves`` is a list of (name, disparities, depths); samples as marks."""
+    ax = ax or plt.gca()
+    styles = ((BLUE, "-"), (VERMILION, "--"), (GREEN, "-."))
+    for (name, d, depth), (color, dash) in zip(curves, styles, strict=False):
+        ax.plot(d, depth, dash, color=color, linewidth=2, label=name)
+    ax.plot(fit_px, fit_mm, "o", color=BLACK, markersize=9, label="samples to fit")
+    ax.plot(check_px, check_mm, "s", color=ORANGE, markeredgecolor=BLACK, markersize=9, label="samples to check")
+    ax.set_xlabel("disparity d (px, rectified)")
+    ax.set_ylabel("depth (mm)")
+    ax.set_title(title)
+    ax.legend()
+    return ax
+
+
+def depth_terms(d_px, terms, title, ax=None):
+    """The terms of Eq. 4 on their own: a list of (name, values in mm)."""
+    ax = ax or plt.gca()
+    for (name, values), (color, dash) in zip(terms, ((BLUE, "-"), (VERMILION, "--"), (GREEN, "-.")), strict=False):
+        ax.plot(d_px, values, dash, color=color, linewidth=2)
+        ax.annotate(
+            name, (d_px[len(d_px) // 3], values[len(d_px) // 3]), xytext=(4, 7), textcoords="offset points", color=color
+        )
+    ax.axhline(0, color=BLACK, linewidth=1)
+    ax.set_xlabel("disparity d (px)")
+    ax.set_ylabel("part of the depth (mm)")
+    ax.set_title(title)
+    return ax
+
+
+def error_band(depth_mm, errors_mm, band_depth_mm, band_mm, title, ax=None):
+    """Depth errors against depth, and the limit as a band (one and two standard deviations)."""
+    ax = ax or plt.gca()
+    for times, alpha in ((2, 0.18), (1, 0.3)):
+        ax.fill_between(band_depth_mm, -times * band_mm, times * band_mm, color=BLUE, alpha=alpha, linewidth=0)
+    ax.plot(band_depth_mm, band_mm, "--", color=BLUE)
+    ax.plot(band_depth_mm, -band_mm, "--", color=BLUE)
+    ax.annotate("limit, 1 σ", (band_depth_mm[-1], band_mm[-1]), xytext=(-70, 6), textcoords="offset points", color=BLUE)
+    ax.plot(depth_mm, errors_mm, "o", color=VERMILION, markeredgecolor=BLACK, markersize=7)
+    ax.axhline(0, color=BLACK, linewidth=1)
+    ax.set_xlabel("depth (mm)")
+    ax.set_ylabel("depth error (mm)")
+    ax.set_title(title)
+    return ax
+
+
+def error_of_baseline(baselines_mm, lines, here_mm, title, ax=None):
+    """Limit against baseline for a few depths: ``lines`` is a list of (name, values in mm)."""
+    ax = ax or plt.gca()
+    for (name, values), (color, dash) in zip(lines, ((BLUE, "-"), (VERMILION, "--"), (GREEN, "-.")), strict=False):
+        ax.plot(baselines_mm, values, dash, color=color, linewidth=2)
+        ax.annotate(name, (baselines_mm[len(values) // 4], values[len(values) // 4]), xytext=(6, 4),
+                    textcoords="offset points", color=color)  # fmt: skip
+    ax.axvline(here_mm, color=BLACK, linestyle=":")
+    ax.annotate(" this rig", (here_mm, 0.9), xycoords=("data", "axes fraction"))
+    ax.set_xlabel("baseline B (mm)")
+    ax.set_ylabel("depth error, 1 σ (mm)")
+    ax.set_ylim(bottom=0)
+    ax.set_title(title)
+    return ax

@@ -1,0 +1,192 @@
+"""Questions of lesson 04: depth from disparity, and how exact it can be."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from stereo_lab.exercises.answers import Choice, Function, Number, Wrong
+from stereo_lab.exercises.question import lesson
+from stereo_lab.localization import Localizer
+from stereo_lab.recording import open_recording
+
+
+def questions(recording):
+    """Six questions; see :mod:`stereo_lab.exercises`."""
+    baseline, focal, left_u, right_u = _facts(str(recording.path))
+    tries = ((baseline, focal, 60.0), (baseline, focal, 30.0), (100.0, 800.0, 80.0))
+    noise = ((1000.0, focal, baseline, 0.1), (2000.0, focal, baseline, 0.1))
+    return lesson(
+        "04", _twice_as_far(), _disparity(left_u, right_u), _eq3(tries), _unknowns(), _limit(noise), _wider(baseline)
+    )
+
+
+def _twice_as_far():
+    return dict(
+        asks="The ball moves twice as far away. What does its disparity do?",
+        answer=Choice(
+            "halves",
+            (
+                Wrong("shrinks by a fixed number", "then it would be below zero sooner or later: behind the cameras."),
+                Wrong("doubles", "far things jump less, not more. Try it with a finger."),
+                Wrong("stays", "then no camera could tell near from far."),
+            ),
+            "disparity times depth stays the same: half of one, twice the other.",
+            also=("half",),
+        ),
+        hints=(
+            "Look at the figure: two triangles of the same shape.",
+            "The baseline stays. At twice the depth it is seen under about half the angle.",
+            'twice_as_far = "____"   (halves, doubles, stays, shrinks by a fixed number)',
+        ),
+        code='twice_as_far = "halves"',
+        reason="Z = B·f/d: depth and disparity are inverse to each other.",
+        reference="halves",
+    )
+
+
+def _disparity(left_u, right_u):
+    right = left_u - right_u
+    return dict(
+        asks="What is the disparity of the ball in the pair above?",
+        answer=Number(
+            right, 0.3, "px",
+            (
+                Wrong(-right, "your disparity is below zero: the ball would be behind the cameras. Take left minus right."),
+                Wrong(left_u + right_u, "you added the two columns. Disparity is how far they are apart."),
+                Wrong(left_u, "that is the column in the left picture alone."),
+            ),
+            f"{right:.1f} px, and above zero, as for everything in front of the cameras.",
+        ),
+        hints=(
+            "u_left and u_right are columns, counted from the left edge.",
+            "The order decides the sign: the left camera sees the ball farther right.",
+            "d_px = u_left - ____",
+        ),
+        code="d_px = u_left - u_right",
+        reason="d = u_left − u_right is above zero in front of the cameras, and grows when the ball comes nearer.",
+        reference=right,
+    )  # fmt: skip
+
+
+def _eq3(tries):
+    return dict(
+        asks="Write Eq. 3: depth from baseline, focal length and disparity.",
+        answer=Function(
+            ideal_depth, tries, 0.5, "mm",
+            (
+                Wrong(lambda b, f, d: -b * f / d, "your depth is below zero: look at the order of the two cameras in d."),
+                Wrong(lambda b, f, d: b * f * d, "your depth grows when the ball comes closer: d belongs under the line."),
+                Wrong(lambda b, f, d: b / d, "the focal length is missing: B/d alone has no unit of length per pixel."),
+                Wrong(lambda b, f, d: b * f / d / 1000, "right, told in metres. This kit counts in millimetres."),
+            ),
+            "mm times px over px gives mm, as it should.",
+            also=(lambda b, f, d: f / (d / b),),
+        ),
+        hints=(
+            "The two triangles: d to f is as B to Z.",
+            "From d / f = B / Z, solve for Z. Millimetres and pixels must cancel to millimetres.",
+            "return baseline_mm * ____ / d_px",
+        ),
+        code="def depth_mm(baseline_mm, focal_px, d_px):\n    return baseline_mm * focal_px / d_px",
+        reason="Similar triangles: d / f = B / Z.",
+        reference=ideal_depth,
+    )  # fmt: skip
+
+
+def _unknowns():
+    return dict(
+        asks="How many samples does Eq. 4 need at least?",
+        answer=Number(
+            3, 0, "",
+            (
+                Wrong(1, "one sample gives one equation, and Eq. 4 has three unknown numbers."),
+                Wrong(2, "two equations leave one of the three numbers m, n, c open."),
+                Wrong(4, "four are more than needed: with three unknowns, three equations decide."),
+            ),
+            "three unknowns, three equations: solved exactly, with nothing left to check it by.",
+        ),
+        hints=(
+            "Count the letters in Eq. 4 that are neither Z nor d.",
+            "Each sample, a disparity with its depth, gives one equation.",
+            "samples_needed = ____   (as many as there are unknown numbers: m, n and c)",
+        ),
+        code="samples_needed = 3",
+        reason="m, n and c are unknown; each sample gives one equation.",
+        reference=3,
+    )  # fmt: skip
+
+
+def _limit(tries):
+    return dict(
+        asks="Write the limit: by how many millimetres is the depth off, if the disparity is off by sigma_d_px?",
+        answer=Function(
+            depth_limit, tries, 0.01, "mm",
+            (
+                Wrong(
+                    lambda z, f, b, s: z / (f * b) * s,
+                    "your error grows with the depth; it grows with its square. Twice as far is four times as bad.",
+                ),
+                Wrong(lambda z, f, b, s: z**2 / f * s, "the baseline is missing: a wide one makes the error small."),
+                Wrong(lambda z, f, b, s: z**2 * f * b * s, "f and B make the error small, so they stand under the line."),
+            ),
+            "twice as far is four times as bad.",
+        ),
+        hints=(
+            "The formula stands above the cell.",
+            "Z², over f times B, times the error of the disparity.",
+            "return z_mm**2 / (____ * ____) * sigma_d_px",
+        ),
+        code=(
+            "def depth_limit(z_mm, focal_px, baseline_mm, sigma_d_px):\n"
+            "    return z_mm**2 / (focal_px * baseline_mm) * sigma_d_px"
+        ),
+        reason="It is the slope of Eq. 3: one pixel of disparity is worth Z²/(f·B) millimetres.",
+        reference=depth_limit,
+    )  # fmt: skip
+
+
+def _wider(baseline):
+    return dict(
+        asks="Which baseline halves the error of this rig?",
+        answer=Number(
+            2 * baseline, 0.02 * baseline, "mm",
+            (
+                Wrong(baseline / 2, "half the baseline doubles the error: B stands under the line."),
+                Wrong(4 * baseline, "four times the baseline makes a quarter of the error: B is not squared, Z is."),
+                Wrong(baseline, "that is the baseline this rig has."),
+            ),
+            "twice the baseline. What it costs: near things fall out of one of the two pictures.",
+        ),
+        hints=(
+            "Where does B stand in the formula of the limit?",
+            "The error is proportional to 1/B.",
+            "wider_mm = ____ * calibration.baseline_mm",
+        ),
+        code="wider_mm = 2 * calibration.baseline_mm",
+        reason="σ_Z = Z²/(f·B)·σ_d: twice B, half the error.",
+        reference=2 * baseline,
+    )  # fmt: skip
+
+
+def ideal_depth(baseline_mm, focal_px, d_px):
+    """Eq. 3, mm."""
+    return baseline_mm * focal_px / d_px
+
+
+def depth_limit(z_mm, focal_px, baseline_mm, sigma_d_px):
+    """Depth error from a disparity error, mm."""
+    return z_mm**2 / (focal_px * baseline_mm) * sigma_d_px
+
+
+@lru_cache(maxsize=4)
+def _facts(path):
+    """Baseline, focal length, and the two rectified columns of the ball in the first depth sample."""
+    recording = open_recording(path)
+    localizer = Localizer.fit(recording)
+    calibration = localizer.calibration
+    sample = recording.samples("depth")[0]
+    left, right = localizer.detect(sample.pair.left, sample.pair.right)
+    u_left, u_right = (
+        calibration.rectify_points([[d.u, d.v]], side)[0, 0] for d, side in ((left, "left"), (right, "right"))
+    )
+    return calibration.baseline_mm, calibration.focal_px, float(u_left), float(u_right)
