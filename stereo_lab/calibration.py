@@ -69,6 +69,12 @@ class StereoCalibration:
         return float(self._rectified["left"][1][0, 0])
 
     @property
+    def center_px(self):
+        """Principal point (c_u, c_v) of the rectified pair: the pixel that looks straight ahead."""
+        projection = self._rectified["left"][1]
+        return float(projection[0, 2]), float(projection[1, 2])
+
+    @property
     def _rectified(self):
         """``{side: (rotation 3x3, projection 3x4)}`` of ``cv2.stereoRectify``."""
         if "rectified" not in self._maps:

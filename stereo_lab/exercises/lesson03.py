@@ -1,0 +1,207 @@
+"""Questions of lesson 03: from pixels to x and y on the bench."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from stereo_lab.exercises.answers import Choice, Function, Number, Wrong
+from stereo_lab.exercises.question import lesson
+from stereo_lab.localization import Localizer
+from stereo_lab.recording import open_recording
+
+POINTS = (np.array([100.0, 200.0, 300.0, 450.0]), np.array([40.0, -10.0, -55.0, -130.0]))
+MORE = (np.array([10.0, 20.0, 40.0]), np.array([1.0, 4.0, 9.0]))
+
+
+def questions(recording):
+    """Six questions; see :mod:`stereo_lab.exercises`."""
+    (v0, y0), (v1, y1), focal, center = _facts(str(recording.path))
+    tries = ((center + 100.0, 1000.0, focal, center), (center - 50.0, 2000.0, focal, center))
+    return lesson(
+        "03", _sign(), _slope(v0, y0, v1, y1), _least_squares(), _which_pixel(), _twice_as_far(), _perspective(tries)
+    )
+
+
+def _sign():
+    return dict(
+        asks="Is the slope m of Eq. 1 above or below zero?",
+        answer=Choice(
+            "below",
+            (
+                Wrong("above", "then the ball would rise in the picture's rows when it rises on the bench. v counts from the top."),
+                Wrong("zero", "then y would be the same wherever the ball stands in the picture."),
+            ),
+            "v grows downwards in a picture, y grows upwards on the bench.",
+        ),
+        hints=(
+            "Where is row 0 of a picture?",
+            "The ball goes up: what does v do, and what does y do?",
+            'slope_is = "____"   (above, below or zero)',
+        ),
+        code='slope_is = "below"',
+        reason="v counts rows from the top, y counts millimetres from the bench upwards: they run against each other.",
+        reference="below",
+    )  # fmt: skip
+
+
+def _slope(v0, y0, v1, y1):
+    right = (y1 - y0) / (v1 - v0)
+    return dict(
+        asks="What is the slope through the highest and the lowest sample, in mm per px?",
+        answer=Number(
+            right, 0.02 * abs(right), "mm per px",
+            (
+                Wrong(-right, "the sign is turned: take the same order above and below the line."),
+                Wrong(1 / right, "that is px per mm. Millimetres belong above the line, pixels below."),
+                Wrong(y1 - y0, "that is the step in y alone. Divide it by the step in v."),
+            ),
+            f"one row down is {-right:.1f} mm down on the bench.",
+        ),
+        hints=(
+            "Two samples: (v0, y0) and (v1, y1).",
+            "The slope is the step in y over the step in v.",
+            "slope = (y1 - y0) / (____)",
+        ),
+        code="slope = (y1 - y0) / (v1 - v0)",
+        reason="Slope is rise over run; here millimetres over pixels.",
+        reference=right,
+    )  # fmt: skip
+
+
+def _least_squares():
+    return dict(
+        asks="Write the slope of the least-squares line through many samples.",
+        answer=Function(
+            line_slope, (POINTS, MORE), 1e-4, "mm per px",
+            (
+                Wrong(
+                    lambda p, q: (q[-1] - q[0]) / (p[-1] - p[0]),
+                    "this is the line through the first and the last sample; those between do not count at all.",
+                ),
+                Wrong(
+                    lambda p, q: (p * q).sum() / (p * p).sum(),
+                    "this line is forced through the point (0, 0). Take the means away first.",
+                ),
+                Wrong(
+                    lambda p, q: ((p - p.mean()) * (q - q.mean())).sum() / ((q - q.mean()) ** 2).sum(),
+                    "the pixels belong below the line, squared: you divided by the millimetres.",
+                ),
+            ),
+            "the line with the smallest sum of squared misses.",
+            also=(lambda p, q: np.polyfit(p, q, 1)[0],),
+        ),
+        hints=(
+            "Take the mean away from the pixels, and from the millimetres.",
+            "Sum of (pixel step times millimetre step), over the sum of squared pixel steps.",
+            "return (dp * dq).sum() / (____).sum()",
+        ),
+        code=(
+            "def line_slope(pixels, lengths_mm):\n"
+            "    dp = pixels - pixels.mean()\n"
+            "    dq = lengths_mm - lengths_mm.mean()\n"
+            "    return (dp * dq).sum() / (dp * dp).sum()"
+        ),
+        reason="Set the derivative of the summed squares to zero, and this is what is left.",
+        reference=line_slope,
+    )  # fmt: skip
+
+
+def _twice_as_far():
+    return dict(
+        asks="The ball stands twice as far away as the plane of the arm, at the same pixel. Its true x is how many times what Eq. 2 says?",
+        answer=Number(
+            2.0, 0.05, "times",
+            (
+                Wrong(0.5, "the other way round: the rays spread. Far away, one pixel covers more millimetres."),
+                Wrong(1.0, "Eq. 2 says so, because it knows nothing of depth. Look along one ray: where is it at twice the depth?"),
+                Wrong(4.0, "areas grow with the square of the distance; a length grows with the distance itself."),
+            ),
+            "measured from the point the camera looks at: twice as far, twice as wide.",
+        ),
+        hints=(
+            "One pixel is one ray. Follow it away from the camera.",
+            "x = (u − c)·Z/f: what does twice Z do?",
+            "times = ____   (x is proportional to Z)",
+        ),
+        code="times = 2",
+        reason="A ray goes straight on: at twice the depth it is twice as far to the side.",
+        reference=2.0,
+    )  # fmt: skip
+
+
+def _perspective(tries):
+    return dict(
+        asks="Write x in the camera's frame from a column u and a depth Z.",
+        answer=Function(
+            camera_x, tries, 0.01, "mm",
+            (
+                Wrong(lambda u, z, f, c: u * z / f, "u counts from the picture's edge: take away the column c that looks straight ahead."),
+                Wrong(lambda u, z, f, c: (u - c) * f / z, "your x shrinks with depth. Rays spread: Z belongs above the line."),
+                Wrong(lambda u, z, f, c: (c - u) * z / f, "left and right are turned: u grows to the right, and so does x."),
+                Wrong(lambda u, z, f, c: (u - c) / f, "that is x for one millimetre of depth. Multiply it by Z."),
+            ),
+            "pixels over pixels, times millimetres: millimetres.",
+            also=(lambda u, z, f, c: z * (u - c) / f,),
+        ),
+        hints=(
+            "The formula stands above the cell.",
+            "u less c, times Z, over f.",
+            "return (u - ____) * z_mm / ____",
+        ),
+        code="def camera_x(u, z_mm, focal_px, center_px):\n    return (u - center_px) * z_mm / focal_px",
+        reason="Similar triangles again: x is to Z as u − c is to f.",
+        reference=camera_x,
+    )  # fmt: skip
+
+
+def _which_pixel():
+    return dict(
+        asks="Which pixels go into Eq. 1 and 2?",
+        answer=Choice(
+            "left rectified",
+            (
+                Wrong(
+                    "right rectified", "the paper takes the left one: x and y are told as the left camera sees them."
+                ),
+                Wrong("left raw", "raw pixels are bent by the lens: a straight line cannot follow them."),
+                Wrong("right raw", "neither: the paper takes the left camera, and the lens has to be undone first."),
+            ),
+            "one camera, its lens undone, is enough for x and y in one plane.",
+        ),
+        hints=(
+            "There are four kinds: left or right, raw or rectified.",
+            "Distortion bends straight lines; rectification undoes that.",
+            'pixels = "left ____"',
+        ),
+        code='pixels = "left rectified"',
+        reason="A straight line needs straight pixels, and one camera is enough.",
+        reference="left rectified",
+    )
+
+
+def line_slope(pixels, lengths_mm):
+    """Slope of the least-squares line, mm per px."""
+    dp = pixels - pixels.mean()
+    return (dp * (lengths_mm - lengths_mm.mean())).sum() / (dp * dp).sum()
+
+
+def camera_x(u, z_mm, focal_px, center_px):
+    """x in the rectified left frame, mm."""
+    return (u - center_px) * z_mm / focal_px
+
+
+@lru_cache(maxsize=4)
+def _facts(path):
+    """(v, y) of two samples as the paper's way sees them, the focal length, the principal column."""
+    recording = open_recording(path)
+    localizer = Localizer.fit(recording, method="paper")
+    seen = []
+    for sample in recording.samples("position"):
+        pair = localizer.detect(sample.pair.left, sample.pair.right) if sample.use == "fit" else None
+        if pair is not None:
+            seen.append((pair[0].v, sample.measured.y_mm))
+    seen.sort()
+    calibration = localizer.calibration
+    return seen[0], seen[-1], calibration.focal_px, calibration.center_px[0]
