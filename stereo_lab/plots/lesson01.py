@@ -1,1 +1,79 @@
 """Figures of lesson 01."""
+
+from __future__ import annotations
+
+import matplotlib.pyplot as plt
+
+from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION
+
+__all__ = ["error_by_pair", "grids", "how_many_pairs", "mark_corners"]
+
+
+def grids(straight, bent, image_size, title, ax=None):
+    """Two grids, lists of lines (N, 2) in px: as a pinhole would see it, and as the lens shows it."""
+    ax = ax or plt.gca()
+    for k, line in enumerate(straight):
+        ax.plot(*line.T, "--", color=BLACK, linewidth=1, label="pinhole" if k == 0 else None)
+    for k, line in enumerate(bent):
+        ax.plot(*line.T, "-", color=VERMILION, linewidth=2, label="through this lens" if k == 0 else None)
+    ax.set_xlim(-20, image_size[0] + 20)
+    ax.set_ylim(image_size[1] + 20, -20)
+    ax.set_aspect("equal")
+    ax.set_xlabel("u (px)")
+    ax.set_ylabel("v (px)")
+    ax.set_title(title)
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2)
+    return ax
+
+
+def mark_corners(corners_Nx2, columns, ax=None):
+    """Dots on the corners of a board, a line along each row, the first corner larger."""
+    ax = ax or plt.gca()
+    for start in range(0, len(corners_Nx2), columns):
+        row = corners_Nx2[start : start + columns]
+        ax.plot(*row.T, "-o", color=ORANGE, markersize=5, markeredgecolor=BLACK, linewidth=1.2)
+    ax.plot(*corners_Nx2[0], "s", color=BLUE, markersize=10, markeredgecolor="white")
+    return ax
+
+
+def error_by_pair(names, errors_px, typical_px, dropped, title, ax=None):
+    """Reprojection error of every pair as a bar; dropped pairs hatched."""
+    ax = ax or plt.gca()
+    for k, (name, error) in enumerate(zip(names, errors_px, strict=True)):
+        out = name in dropped
+        ax.bar(k, error, color=VERMILION if out else BLUE, hatch="//" if out else "", edgecolor="white")
+    ax.axhline(typical_px, color=BLACK, linestyle="--")
+    ax.annotate(" median", (0, typical_px), xytext=(0, 4), textcoords="offset points")
+    ax.set_xticks(range(len(names)), names, rotation=90)
+    ax.set_xlabel("pair")
+    ax.set_ylabel("reprojection error (px)")
+    ax.set_title(title)
+    return ax
+
+
+def how_many_pairs(counts, used_px, unseen_px, title, ax=None):
+    """Error on the pairs of the fit and on unseen ones, against the number of pairs."""
+    ax = ax or plt.gca()
+    ax.plot(counts, unseen_px, "-s", color=VERMILION, markersize=8)
+    ax.plot(counts, used_px, "--o", color=GREEN, markersize=8)
+    ax.annotate(
+        "rows on unseen pairs",
+        (counts[-1], unseen_px[-1]),
+        xytext=(-6, 9),
+        textcoords="offset points",
+        ha="right",
+        color=VERMILION,
+    )
+    ax.annotate(
+        "RMS on the pairs of the fit",
+        (counts[-1], used_px[-1]),
+        xytext=(-6, -17),
+        textcoords="offset points",
+        ha="right",
+        color=GREEN,
+    )
+    ax.set_ylim(bottom=0)
+    ax.set_xlabel("pairs in the fit")
+    ax.set_ylabel("error (px)")
+    ax.set_title(title)
+    return ax

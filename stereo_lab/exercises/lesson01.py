@@ -1,0 +1,206 @@
+"""Questions of lesson 01: cameras, boards, rectification."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from stereo_lab.calibration import calibrate_recording
+from stereo_lab.exercises.answers import Choice, Function, Number, Wrong
+from stereo_lab.exercises.question import lesson
+from stereo_lab.recording import open_recording
+
+TRIES = (((100.0, 50.0, 1000.0), 700.0, (320.0, 240.0)), ((-30.0, 20.0, 500.0), 650.0, (310.0, 250.0)))
+
+
+def questions(recording):
+    """Six questions; see :mod:`stereo_lab.exercises`."""
+    board = recording.board
+    translation, baseline, focal = _facts(str(recording.path))
+    return lesson(
+        "01",
+        _projection(),
+        _corners(board),
+        _lines(),
+        _unseen(),
+        _baseline(translation, baseline),
+        _worth(baseline, focal),
+    )
+
+
+def _projection():
+    return dict(
+        asks="Write where a point (X, Y, Z) in the camera's frame appears: (u, v).",
+        answer=Function(
+            project, TRIES, 0.01, "px",
+            (
+                Wrong(
+                    lambda p, f, c: (f * p[0] / p[2], f * p[1] / p[2]),
+                    "your straight ahead is pixel (0, 0), the upper left corner. Add the centre c.",
+                ),
+                Wrong(
+                    lambda p, f, c: (f * p[0] + c[0], f * p[1] + c[1]),
+                    "your picture does not get smaller with distance: divide by Z.",
+                ),
+                Wrong(
+                    lambda p, f, c: (f * p[1] / p[2] + c[0], f * p[0] / p[2] + c[1]),
+                    "u and v have changed places: u goes with X (right), v with Y (down).",
+                ),
+            ),
+            "far things are small: that is the division by Z.",
+            also=(lambda p, f, c: [c[0] + p[0] / p[2] * f, c[1] + p[1] / p[2] * f],),
+        ),
+        hints=(
+            "Two formulas stand above the cell, one for u and one for v.",
+            "u = f·X/Z + c_u, and the same with Y for v.",
+            "return focal_px * X / Z + center_px[0], ____",
+        ),
+        code=(
+            "def project(point_mm, focal_px, center_px):\n    X, Y, Z = point_mm\n"
+            "    return focal_px * X / Z + center_px[0], focal_px * Y / Z + center_px[1]"
+        ),
+        reason="Similar triangles once for the columns and once for the rows.",
+        reference=project,
+    )  # fmt: skip
+
+
+def _corners(board):
+    columns, rows = board.columns, board.rows
+    return dict(
+        asks="How many inner corners has the board: across and down, as (columns, rows)?",
+        answer=Number(
+            (columns, rows), 0, "",
+            (
+                Wrong((columns + 1, rows + 1), "you counted squares. Inner corners, where four squares meet, are one fewer each way."),
+                Wrong((rows, columns), "columns first, then rows: across before down."),
+                Wrong((columns + 2, rows + 2), "you counted the outer rim as well. Only where four squares meet counts."),
+            ),
+            "where four squares meet; the rim does not count.",
+            also=([columns, rows],),
+        ),
+        hints=(
+            "The coloured dots of the figure sit on the corners that count.",
+            "An inner corner is where two black and two white squares meet. Count along one row of dots.",
+            "inner_corners = (____, how many rows of dots)",
+        ),
+        code="inner_corners = (recording.board.columns, recording.board.rows)",
+        reason="A row of n squares has n − 1 places between them.",
+        reference=(columns, rows),
+    )  # fmt: skip
+
+
+def _lines():
+    return dict(
+        asks="What does a lens do to a straight line near the rim of the picture?",
+        answer=Choice(
+            "bends it",
+            (
+                Wrong(
+                    "moves it",
+                    "a line through the middle stays nearly where it is; look at the rim, where it is curved.",
+                ),
+                Wrong("nothing", "compare the two grids at the rim: by how many pixels do they part?"),
+                Wrong("blurs it", "that is focus. The lens is sharp, and still in the wrong place."),
+            ),
+            "and that is why no straight formula fits raw pixels.",
+        ),
+        hints=(
+            "Look at the corners of the grid, not at its middle.",
+            "Follow one line of the solid grid with a finger. Is it straight?",
+            'a_lens = "____"   (bends it, moves it, blurs it, nothing)',
+        ),
+        code='a_lens = "bends it"',
+        reason="The farther from the middle, the more the lens pulls a point in or out.",
+        reference="bends it",
+    )
+
+
+def _unseen():
+    return dict(
+        asks="The error on pairs that were used is small. What shows that the calibration is good?",
+        answer=Choice(
+            "unseen pairs",
+            (
+                Wrong(
+                    "the same pairs",
+                    "a fit always looks good on what it was fitted on. Remember the three samples of any curve.",
+                ),
+                Wrong("more decimals", "decimals are printed, not earned."),
+            ),
+            "what the fit has not seen cannot flatter it.",
+        ),
+        hints=(
+            "How would you find out whether somebody has learned a poem or read it off?",
+            "Keep some pairs back. Fit without them, then measure on them.",
+            'judge_by = "____ pairs"',
+        ),
+        code='judge_by = "unseen pairs"',
+        reason="Errors on the pairs of the fit shrink with every free number; errors on others do not.",
+        reference="unseen pairs",
+    )
+
+
+def _baseline(translation, baseline):
+    return dict(
+        asks="How far apart are the two cameras, in mm?",
+        answer=Number(
+            baseline, 0.2, "mm",
+            (
+                Wrong(float(translation[0]), "T[0] is the step to the side alone, with its sign. A distance is above zero and counts all three."),
+                Wrong(float(np.abs(translation).sum()), "you added the three steps. The straight distance is Pythagoras in space."),
+                Wrong(baseline / 1000, "that is in metres. This kit counts in millimetres."),
+                Wrong(float(baseline**2), "the square root is missing."),
+            ),
+            f"{baseline:.1f} mm from lens to lens, measured with a sheet of paper.",
+        ),
+        hints=(
+            "T is the way from one camera to the other: three numbers in mm.",
+            "The length of a vector: root of the sum of the squares, np.linalg.norm.",
+            "baseline = np.linalg.norm(____)",
+        ),
+        code="baseline = np.linalg.norm(T)",
+        reason="The baseline is the length of T.",
+        reference=baseline,
+    )  # fmt: skip
+
+
+def _worth(baseline, focal):
+    tries = ((1000.0, focal, baseline, 0.5), (2000.0, focal, baseline, 0.5), (700.0, 900.0, 60.0, 0.2))
+    return dict(
+        asks="Write what an error of some px in the rows or columns means in mm of depth.",
+        answer=Function(
+            depth_error, tries, 0.01, "mm",
+            (
+                Wrong(lambda z, f, b, e: z / f * e, "that is the error to the side. In depth a pixel is worth Z²/(f·B)."),
+                Wrong(lambda z, f, b, e: z / (f * b) * e, "Z counts twice: once for how small things look, once for how flat the angle is."),
+                Wrong(lambda z, f, b, e: z**2 / (f * b), "that is for one whole pixel. Multiply by the error."),
+            ),
+            "at twice the distance it is four times as much.",
+        ),
+        hints=(
+            "The formula stands above the cell.",
+            "Z squared, over f times B, times the error in px.",
+            "return z_mm**2 / (____) * error_px",
+        ),
+        code="def depth_error(z_mm, focal_px, baseline_mm, error_px):\n    return z_mm**2 / (focal_px * baseline_mm) * error_px",
+        reason="Lesson 04 derives it: the slope of Z = B·f/d.",
+        reference=depth_error,
+    )  # fmt: skip
+
+
+def project(point_mm, focal_px, center_px):
+    """A point in the camera's frame to (u, v), px."""
+    x, y, z = point_mm
+    return focal_px * x / z + center_px[0], focal_px * y / z + center_px[1]
+
+
+def depth_error(z_mm, focal_px, baseline_mm, error_px):
+    """Millimetres of depth for an error in px."""
+    return z_mm**2 / (focal_px * baseline_mm) * error_px
+
+
+@lru_cache(maxsize=4)
+def _facts(path):
+    calibration = calibrate_recording(open_recording(path))
+    return calibration.translation_mm, calibration.baseline_mm, calibration.focal_px
