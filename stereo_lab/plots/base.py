@@ -41,6 +41,7 @@ def side_by_side(left, right, rows_px, title, ax=None):
 def mark_ball(u, v, radius_px, ax=None, color=BLUE):
     """A circle and a cross on a ball."""
     ax = ax or plt.gca()
+    ax.autoscale(False)
     ax.add_patch(plt.Circle((u, v), radius_px, fill=False, color=color, linewidth=2))
     ax.plot(u, v, "+", color=color, markersize=12, markeredgewidth=2)
     return ax

@@ -1,1 +1,87 @@
 """Figures of lesson 02."""
+
+from __future__ import annotations
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from stereo_lab.plots.base import BLACK, BLUE, ORANGE, VERMILION
+
+__all__ = ["answers_bar", "flow", "heat", "hue_circle", "mask_view"]
+
+
+def mask_view(mask, title, ax=None):
+    """A mask: white where pixels are kept."""
+    ax = ax or plt.gca()
+    ax.imshow(mask, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
+    ax.set_title(title)
+    ax.set_xticks([])
+    ax.set_yticks([])
+    ax.grid(False)
+    return ax
+
+
+def hue_circle(title, ax=None):
+    """OpenCV's hues, 0 to 179, as a band of colours; red at both ends."""
+    ax = ax or plt.gca()
+    band = plt.get_cmap("hsv")(np.linspace(0, 1, 180))[None, :, :3]
+    ax.imshow(band, extent=(-0.5, 179.5, 0, 1), aspect="auto", interpolation="nearest")
+    for low, high in ((0, 7), (172, 179)):
+        ax.plot([low, high], [1.12, 1.12], color=BLACK, linewidth=6, clip_on=False)
+        ax.annotate("red", ((low + high) / 2, 1.2), ha="center", annotation_clip=False)
+    for hue, name in ((13, "orange"), (27, "yellow"), (62, "green"), (114, "blue")):
+        ax.annotate(name, (hue, 1.2), ha="center", annotation_clip=False)
+    ax.set_yticks([])
+    ax.set_xlabel("hue H as OpenCV counts it")
+    ax.set_title(title, pad=38)
+    ax.grid(False)
+    return ax
+
+
+def heat(votes, center, title, ax=None):
+    """Votes as a heat map; a cross on a centre (u, v), or none."""
+    ax = ax or plt.gca()
+    picture = ax.imshow(votes, cmap="inferno", interpolation="nearest")
+    if center is not None:
+        ax.plot(*center, "+", color="white", markersize=16, markeredgewidth=2)
+    bar = ax.figure.colorbar(picture, ax=ax, shrink=0.8)
+    bar.set_label("votes")
+    ax.set_title(title)
+    ax.set_xlabel("u (px)")
+    ax.set_ylabel("v (px)")
+    ax.grid(False)
+    return ax
+
+
+def flow(steps, title, ax=None):
+    """Boxes from left to right with arrows: the steps of an algorithm."""
+    ax = ax or plt.gca()
+    for k, text in enumerate(steps):
+        ax.text(k, 0, text, ha="center", va="center", fontsize=12,
+                bbox={"boxstyle": "round,pad=0.6", "facecolor": "white", "edgecolor": BLUE, "linewidth": 2})  # fmt: skip
+        if k:
+            arrow = {"arrowstyle": "-|>", "color": BLACK}
+            ax.annotate("", (k - 0.36, 0), (k - 0.9, 0), arrowprops=arrow, zorder=0)
+    ax.set_xlim(-0.5, len(steps) - 0.5)
+    ax.set_ylim(-0.6, 0.6)
+    ax.axis("off")
+    ax.set_title(title)
+    return ax
+
+
+def answers_bar(names, paper_percent, ours_percent, title, ax=None):
+    """Right answers of both methods, in percent, for a few kinds of pictures."""
+    ax = ax or plt.gca()
+    place = np.arange(len(names))
+    for values, offset, color, hatch, label in (
+        (paper_percent, -0.2, VERMILION, "//", "paper's method"), (ours_percent, 0.2, BLUE, "", "ours"),
+    ):  # fmt: skip
+        bars = ax.bar(place + offset, values, 0.38, color=color, hatch=hatch, edgecolor="white", label=label)
+        ax.bar_label(bars, fmt="%.0f")
+    ax.set_xticks(place, names)
+    ax.set_ylim(0, 118)
+    ax.set_ylabel("right answers (%)")
+    ax.set_title(title)
+    ax.legend(loc="upper right", ncols=2)
+    ax.axhline(100, color=ORANGE, linestyle=":")
+    return ax

@@ -1,0 +1,170 @@
+"""Questions of lesson 02: find the ball."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stereo_lab.exercises.answers import Choice, Function, Number, Wrong
+from stereo_lab.exercises.question import lesson
+
+PIXEL_BGR = (30, 40, 200)
+HUES = np.array([[2, 90, 175], [30, 178, 8]], np.uint8)
+CENTERS = ((10.0, 10.0, 13.0, 14.0), (100.0, 50.0, 100.0, 50.5))
+
+
+def questions(recording):
+    """Six questions; the pixel and the numbers are the same for every recording."""
+    return lesson("02", _order(), _wrap(), _votes(), _peak(), _rate(), _error())
+
+
+def _order():
+    return dict(
+        asks="A pixel of OpenCV is (30, 40, 200). How much red is in it?",
+        answer=Number(
+            PIXEL_BGR[2], 0, "of 255",
+            (
+                Wrong(PIXEL_BGR[0], "that is its blue: OpenCV's order is blue, green, red."),
+                Wrong(PIXEL_BGR[1], "that is its green, in the middle."),
+            ),
+            "blue, green, red: red comes last.",
+        ),
+        hints=(
+            "The three numbers are colours in a certain order.",
+            "OpenCV counts B, G, R, the other way round than most.",
+            "red = pixel[____]",
+        ),
+        code="red = pixel[2]",
+        reason="OpenCV keeps pictures as blue, green, red.",
+        reference=PIXEL_BGR[2],
+    )  # fmt: skip
+
+
+def _wrap():
+    return dict(
+        asks="Write a function that is True where a hue is red: at most 7, or at least 172.",
+        answer=Function(
+            is_red, ((HUES,),), 0, "",
+            (
+                Wrong(lambda h: (h <= 7) & (h >= 172), "no hue is below 7 and above 172 at once: the two ends belong together by or, |."),
+                Wrong(lambda h: h <= 7, "half of red is missing: the hue wraps round, and 175 is red as well."),
+                Wrong(lambda h: h >= 172, "half of red is missing: hues from 0 to 7 are red as well."),
+                Wrong(lambda h: (h >= 7) & (h <= 172), "this is everything that is not red. Turn both signs round."),
+            ),
+            "red sits at both ends of the circle of hues.",
+            also=(lambda h: ~((h > 7) & (h < 172)),),
+        ),
+        hints=(
+            "Hue runs in a circle, 0 to 179 in OpenCV. Red lies where the circle closes.",
+            "Two conditions, joined by | (or). Each in its own brackets.",
+            "return (hue <= 7) | (____)",
+        ),
+        code="def is_red(hue):\n    return (hue <= 7) | (hue >= 172)",
+        reason="OpenCV halves the 360 degrees of hue to fit a byte; red lies round 0, on both sides.",
+        reference=is_red,
+    )  # fmt: skip
+
+
+def _votes():
+    tries = ((100.0, 80.0, 1.0, 0.0, 20.0), (50.0, 60.0, 0.6, -0.8, 10.0))
+    return dict(
+        asks="An edge pixel at (u, v) with the bright side in direction (du, dv): where does it vote for a centre at radius r?",
+        answer=Function(
+            votes_for, tries, 0.01, "px",
+            (
+                Wrong(lambda u, v, du, dv, r: (u - r * du, v - r * dv), "your vote goes away from the ball: the bright side is the inside."),
+                Wrong(lambda u, v, du, dv, r: (u + du, v + dv), "one pixel is not enough: go one radius."),
+                Wrong(lambda u, v, du, dv, r: (v + r * dv, u + r * du), "u and v have changed places."),
+            ),
+            "one radius inwards from the edge lies the centre.",
+        ),
+        hints=(
+            "The centre lies inside, one radius from the edge.",
+            "Start at (u, v) and go r times the direction.",
+            "return u + r * du, ____",
+        ),
+        code="def votes_for(u, v, du, dv, r):\n    return u + r * du, v + r * dv",
+        reason="The radius of a circle stands at right angles on its edge, and so does the slope of the brightness.",
+        reference=votes_for,
+    )  # fmt: skip
+
+
+def _peak():
+    return dict(
+        asks="You vote with a radius that is too small. What do the votes draw?",
+        answer=Choice(
+            "a ring",
+            (
+                Wrong("a point", "that happens for the right radius alone: all votes meet in the centre."),
+                Wrong("nothing", "every edge pixel votes, whatever the radius. Where do the votes fall?"),
+                Wrong("a line", "the votes come from all round the circle. They end equally far from its centre."),
+            ),
+            "all votes stop short of the centre, equally far from it.",
+        ),
+        hints=(
+            "Each vote goes inwards by one radius.",
+            "If the radius is too small, it does not reach the centre. By how much does it miss, and where?",
+            'too_small = "a ____"',
+        ),
+        code='too_small = "a ring"',
+        reason="The votes of a circle of radius R end at R − r from its centre: a ring, that shrinks to a point at r = R.",
+        reference="a ring",
+    )
+
+
+def _rate():
+    tries = ((248, 250), (99, 100), (5, 8))
+    return dict(
+        asks="Write the success rate in percent from hits and frames.",
+        answer=Function(
+            success_percent, tries, 0.05, "%",
+            (
+                Wrong(lambda hits, frames: hits / frames, "that is a share between 0 and 1. In percent it is a hundred times as much."),
+                Wrong(lambda hits, frames: 100 * frames / hits, "this is above 100: hits belong above the line."),
+                Wrong(lambda hits, frames: 100 * (frames - hits) / frames, "that is the rate of misses."),
+            ),
+            "hits over frames, times a hundred.",
+        ),
+        hints=("Hits belong above the line.", "A share becomes percent times a hundred.", "return 100 * ____ / frames"),
+        code="def success_percent(hits, frames):\n    return 100 * hits / frames",
+        reason="Percent is of a hundred.",
+        reference=success_percent,
+    )  # fmt: skip
+
+
+def _error():
+    return dict(
+        asks="Write the distance between a found centre (u, v) and the true one (a, b).",
+        answer=Function(
+            center_error, CENTERS, 0.01, "px",
+            (
+                Wrong(lambda u, v, a, b: abs(u - a) + abs(v - b), "you added the two steps. The straight way is shorter: Pythagoras."),
+                Wrong(lambda u, v, a, b: (u - a) ** 2 + (v - b) ** 2, "the square root is missing."),
+            ),
+            "Pythagoras, in pixels.",
+            also=(lambda u, v, a, b: ((u - a) ** 2 + (v - b) ** 2) ** 0.5,),
+        ),
+        hints=("Two steps: along u and along v.", "np.hypot, or the root of the summed squares.", "return np.hypot(u - a, ____)"),
+        code="def center_error(u, v, a, b):\n    return np.hypot(u - a, v - b)",
+        reason="The distance of two points is the root of the summed squares of the steps.",
+        reference=center_error,
+    )  # fmt: skip
+
+
+def is_red(hue):
+    """True where OpenCV's hue is red."""
+    return (hue <= 7) | (hue >= 172)
+
+
+def votes_for(u, v, du, dv, r):
+    """The centre for which an edge pixel votes."""
+    return u + r * du, v + r * dv
+
+
+def success_percent(hits, frames):
+    """Hits of frames in percent."""
+    return 100 * hits / frames
+
+
+def center_error(u, v, a, b):
+    """Distance of two points, px."""
+    return np.hypot(u - a, v - b)
