@@ -1,0 +1,78 @@
+"""Every panel without a browser: each control changes the picture, and no value breaks it."""
+
+import ipywidgets
+import numpy as np
+import pytest
+
+from stereo_lab import widgets
+from stereo_lab.errors import StereoLabError
+
+DISPARITY = np.array([160.0, 103.0, 73.0, 60.0, 49.0, 42.0])
+DEPTH = np.array([520.0, 813.0, 1104.0, 1397.0, 1688.0, 1980.0])
+
+
+@pytest.fixture(scope="module")
+def panels(bench, bench_calibration):
+    pair = bench.samples("evaluation")[0].pair
+    left, right = pair.left, pair.right
+    before = left.copy()
+    made = [
+        widgets.color_thresholds(left, "red"),
+        widgets.hough_parameters(left, "red"),
+        widgets.epipolar_line(bench_calibration, left, right),
+        widgets.ball_against_disparity(120.0, 690.0, 40.0),
+        widgets.depth_samples(DISPARITY, DEPTH),
+    ]
+    assert np.array_equal(left, before)
+    return made
+
+
+def limits(control):
+    if isinstance(control, ipywidgets.IntRangeSlider):
+        return [(control.min, control.min), (control.max, control.max), (control.min, control.max)]
+    if isinstance(control, ipywidgets.IntSlider):
+        return [control.min, control.max]
+    if isinstance(control, ipywidgets.Checkbox):
+        return [False, True]
+    return list(control.options)
+
+
+def test_every_control_changes_the_picture_or_the_text(panels):
+    for panel in panels:
+        for name, control in panel._controls.items():
+            start, shown = control.value, set()
+            for value in limits(control):
+                control.value = value
+                assert bytes(panel.picture.value).startswith(b"\xff\xd8") and panel.text.value
+                shown.add((bytes(panel.picture.value), panel.text.value))
+            control.value = start
+            assert len(shown) > 1, f"{panel}: {name} does nothing"
+
+
+def test_repr_is_fixed(panels):
+    names = [repr(panel) for panel in panels]
+    panels[0].control("hue_low").value = 50
+    assert names == [repr(panel) for panel in panels] and len(set(names)) == len(panels)
+
+
+def test_red_wraps_round_zero(bench):
+    panel = widgets.color_thresholds(bench.samples("evaluation")[0].pair.left, "red")
+    assert "wraps" in panel.text.value
+    panel.control("hue_low").value, panel.control("hue_high").value = 40, 80
+    assert "wraps" not in panel.text.value
+
+
+def test_fewer_than_three_samples_is_a_sentence():
+    panel = widgets.depth_samples(DISPARITY, DEPTH)
+    for k in range(4):
+        panel.control(f"sample_{k}").value = False
+    assert "choose three" in panel.text.value
+
+
+def test_bad_arguments_are_named():
+    with pytest.raises(StereoLabError, match="baseline_mm"):
+        widgets.ball_against_disparity(-1.0, 690.0, 40.0)
+    with pytest.raises(StereoLabError, match="as many"):
+        widgets.depth_samples(DISPARITY, DEPTH[:3])
+    with pytest.raises(StereoLabError, match="colour picture"):
+        widgets.color_thresholds(np.zeros((4, 4)), "red")
