@@ -181,8 +181,9 @@ def depth_samples(disparity_px_N, depth_mm_N):
     d, depth = np.asarray(disparity_px_N, float), np.asarray(depth_mm_N, float)
     if d.shape != depth.shape or d.ndim != 1 or len(d) < 3:
         raise StereoLabError(f"Expected as many disparities as depths, three or more; got {d.shape} and {depth.shape}.")
+    first = {0, len(d) // 2, len(d) - 1}
     controls = {
-        f"sample_{k}": ipywidgets.Checkbox(k % 2 == 0, description=f"{depth[k]:.0f} mm at {d[k]:.1f} px", indent=False)
+        f"sample_{k}": ipywidgets.Checkbox(k in first, description=f"{depth[k]:.0f} mm at {d[k]:.1f} px", indent=False)
         for k in range(len(d))
     }
 
