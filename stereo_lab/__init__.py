@@ -13,7 +13,8 @@ lesson   module                 what is in it
 07       ``localization``       all of it together: two pictures in, millimetres out
 =======  =====================  ==========================================================
 
-``recording`` opens the pictures that the lessons work on, ``errors`` holds what can go wrong.
+``recording`` opens the pictures that the lessons work on, ``errors`` holds what can go wrong. ``homography`` (01) and
+``hough`` (02) are written out to be read; ``exercises`` asks the questions, ``plots`` and ``widgets`` draw.
 """
 
 __version__ = "0.1.0"

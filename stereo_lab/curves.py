@@ -176,3 +176,20 @@ def _least_squares(terms, values, weights):
     weighted = terms * (weights**2)[:, None]
     normal = weighted.T @ terms
     return np.linalg.solve(normal + np.eye(3) * (1e-12 * np.trace(normal) + 1e-12), weighted.T @ values)
+
+
+def tangent_circle(center_mm, radius_mm, count=60):
+    """Where the rays from the camera touch a ball: points on a circle, shape (count, 3), mm.
+
+    Parameters
+    ----------
+    center_mm : (X, Y, Z) of the ball's centre in the camera's frame
+    radius_mm : float, of the ball, less than the distance
+    """
+    center = np.asarray(center_mm, float)
+    distance = np.linalg.norm(center)
+    near = 1 - (radius_mm / distance) ** 2
+    across = np.linalg.svd(center[None] / distance)[2][1:]
+    angle = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    ring = np.cos(angle)[:, None] * across[0] + np.sin(angle)[:, None] * across[1]
+    return near * center + radius_mm * np.sqrt(near) * ring

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from stereo_lab import curves
+from stereo_lab import curves, homography, hough
 from stereo_lab.detection import BallColor, BallDetector
 from stereo_lab.errors import StereoLabError
 from stereo_lab.evaluation import is_hit
@@ -138,3 +138,42 @@ def test_real_green_ball(real_pictures):
         else:
             false += found is not None
     assert hits >= 15 and false <= 1
+
+
+def test_tangent_circle_is_where_rays_touch():
+    center, radius = np.array([120.0, -60.0, 700.0]), 20.0
+    points = curves.tangent_circle(center, radius)
+    assert np.allclose(np.linalg.norm(points - center, axis=1), radius)
+    assert np.allclose(np.einsum("ij,ij->i", points, points - center), 0, atol=1e-6)
+
+
+def test_hough_by_hand_finds_what_opencv_finds():
+    mask = np.zeros((120, 160), np.uint8)
+    cv2.circle(mask, (70, 50), 18, 255, -1, cv2.LINE_AA)
+    grey = cv2.GaussianBlur(mask, (9, 9), 0)
+    (u, v, radius), layers = hough.hough_circle(grey, np.arange(8.0, 40.0))
+    found = cv2.HoughCircles(grey, cv2.HOUGH_GRADIENT, 1, 200, param1=200, param2=10, minRadius=8, maxRadius=40)
+    assert np.allclose((u, v, radius), found.reshape(-1, found.shape[-1])[0, :3], atol=1.6)
+    assert layers.shape == (32, 120, 160) and layers[10].sum() == len(hough.edges(grey)[0])
+
+
+def test_homography_agrees_with_opencv():
+    rng = np.random.default_rng(8)
+    board = rng.uniform(0, 200, (12, 2))
+    true = np.array([[1.1, 0.2, 30], [-0.1, 0.9, 60], [2e-4, -3e-4, 1.0]])
+    pixels = homography.apply(true, board)
+    assert np.allclose(homography.find_homography(board, pixels), true, atol=1e-8)
+    noisy = pixels + rng.normal(0, 0.3, pixels.shape)
+    ours, library = homography.find_homography(board, noisy), cv2.findHomography(board, noisy)[0]
+    assert np.abs(homography.apply(ours, board) - homography.apply(library, board)).max() < 0.2
+    with pytest.raises(StereoLabError, match="four points"):
+        homography.find_homography(board[:3], pixels[:3])
+
+
+def test_focal_length_from_one_exact_picture():
+    matrix = np.array([[650.0, 0, 320], [0, 650.0, 240], [0, 0, 1]])
+    turn = cv2.Rodrigues(np.array([0.4, -0.5, 0.1]))[0]
+    h = matrix @ np.column_stack([turn[:, :2], [-50.0, -40.0, 600.0]])
+    assert homography.focal_from_homography(h, (320, 240)) == pytest.approx(650.0)
+    facing = matrix @ np.column_stack([np.eye(3)[:, :2], [0.0, 0.0, 600.0]])
+    assert homography.focal_from_homography(facing, (320, 240)) is None

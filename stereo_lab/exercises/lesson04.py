@@ -72,7 +72,7 @@ def _eq3(tries):
     return dict(
         asks="Write Eq. 3: depth from baseline, focal length and disparity.",
         answer=Function(
-            ideal_depth, tries, 0.5, "mm",
+            ideal_depth, tries, 0.05, "mm",
             (
                 Wrong(lambda b, f, d: -b * f / d, "your depth is below zero: look at the order of the two cameras in d."),
                 Wrong(lambda b, f, d: b * f * d, "your depth grows when the ball comes closer: d belongs under the line."),
