@@ -17,4 +17,4 @@ lesson   module                 what is in it
 ``hough`` (02) are written out to be read; ``exercises`` asks the questions, ``plots`` and ``widgets`` draw.
 """
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"

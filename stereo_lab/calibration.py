@@ -19,8 +19,10 @@ from stereo_lab.errors import CalibrationError, StereoLabError
 from stereo_lab.files import read_json, user_folder, write_json
 from stereo_lab.judgement import judge
 from stereo_lab.solver import FEWEST, View, check_sides, choose_lens, same_moment, unseen_errors, why_dropped
+from stereo_lab.threads import one_thread
 
 OTHER_MOMENT = "the two pictures do not match: were they taken at the same moment?"
+PLACES = 3  # of px and mm; what two computers reckon differently lies far behind them
 STILL = 0.01  # of the picture's width: a board that moves less does not move
 EXACT = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 60, 1e-9)  # for undoing the distortion
 
@@ -277,22 +279,24 @@ def calibrate_stereo(pairs, board, progress=None):
         )
     _check_spread(views, size)
     found = len(views)
-    together = same_moment(views, board, size)
+    with one_thread():
+        together = same_moment(views, board, size)
     if together.sum() >= max(FEWEST, len(views) / 2):
         dropped += [(view.name, OTHER_MOMENT) for view, same in zip(views, together, strict=True) if not same]
         views = [view for view, same in zip(views, together, strict=True) if same]
-    lens, fit, kept, heldout = choose_lens(views, board, size)
+    with one_thread():
+        lens, fit, kept, heldout = choose_lens(views, board, size)
     check_sides(fit)
     dropped += [(views[i].name, why_dropped(fit, views[i], board, size)) for i in range(len(views)) if i not in kept]
     used = [views[i] for i in kept]
     result = StereoCalibration(
         image_size=size,
-        left_matrix=fit.k1,
-        left_distortion=fit.d1,
-        right_matrix=fit.k2,
-        right_distortion=fit.d2,
-        rotation=fit.rotation,
-        translation_mm=fit.translation,
+        left_matrix=fit.k1.round(PLACES),
+        left_distortion=fit.d1.round(2 * PLACES),
+        right_matrix=fit.k2.round(PLACES),
+        right_distortion=fit.d2.round(2 * PLACES),
+        rotation=cv2.Rodrigues(cv2.Rodrigues(fit.rotation)[0].round(2 * PLACES))[0],
+        translation_mm=fit.translation.round(PLACES),
         rms_px=fit.rms,
         left_rms_px=fit.sides[0],
         right_rms_px=fit.sides[1],

@@ -15,6 +15,7 @@ import numpy as np
 
 from stereo_lab import cone
 from stereo_lab.errors import StereoLabError
+from stereo_lab.threads import one_thread
 
 BINS = 32  # the colour table has BINS steps a channel
 SAME_SIZE = 0.25  # a ball's radius may change by this part from one frame to the next
@@ -210,10 +211,11 @@ def detect_paper(image, color):
         return None
     blurred = cv2.GaussianBlur(mask, (BLUR_PX, BLUR_PX), 0)
     largest = int(HOUGH_RADII[1] * image.shape[0])
-    circles = cv2.HoughCircles(
-        blurred, cv2.HOUGH_GRADIENT, dp=1, minDist=image.shape[0], param1=200, param2=10,
-        minRadius=HOUGH_RADII[0], maxRadius=largest,
-    )  # fmt: skip
+    with one_thread():
+        circles = cv2.HoughCircles(
+            blurred, cv2.HOUGH_GRADIENT, dp=1, minDist=image.shape[0], param1=200, param2=10,
+            minRadius=HOUGH_RADII[0], maxRadius=largest,
+        )  # fmt: skip
     if circles is None:
         return None
     u, v, radius = (float(c) for c in circles.reshape(-1, circles.shape[-1])[0, :3])

@@ -5,6 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from stereo_lab.threads import one_thread
+
 LEAST_SLOPE = 60.0  # of the brightness, per px: weaker slopes are no edge
 
 
@@ -61,3 +63,19 @@ def hough_circle(grey, radii_px):
     share = pooled / (2 * np.pi * np.asarray(radii_px, float))[:, None, None]
     k, v, u = np.unravel_index(share.argmax(), share.shape)
     return (float(u), float(v), float(radii_px[k])), np.array(layers)
+
+
+def library_circle(grey, least_px, largest_px):
+    """The same by ``cv2.HoughCircles``: (u, v, radius) of the circle with the most votes, or None."""
+    with one_thread():
+        found = cv2.HoughCircles(
+            grey,
+            cv2.HOUGH_GRADIENT,
+            1,
+            max(grey.shape),
+            param1=200,
+            param2=10,
+            minRadius=least_px,
+            maxRadius=largest_px,
+        )
+    return None if found is None else tuple(float(x) for x in found.reshape(-1, found.shape[-1])[0, :3])

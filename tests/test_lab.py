@@ -17,6 +17,7 @@ def lab(tmp_path, monkeypatch):
     monkeypatch.setattr(module, "VENV", str(tmp_path / ".venv"))
     monkeypatch.setattr(module, "STAMP", str(tmp_path / ".venv" / "stamp"))
     monkeypatch.setattr(module, "PYTHON", sys.executable)
+    monkeypatch.setattr(module, "EXTRAS", "")
     return module
 
 
