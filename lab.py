@@ -137,6 +137,8 @@ def run(arguments):
         command = [PYTHON, "-m", "stereo_lab"] + arguments
     else:
         command = [PYTHON, "-m", "jupyterlab", os.path.join(HERE, "notebooks", "00_start_here.ipynb")]
+        # A class at work is asked nothing and nothing is fetched.
+        command += ["--LabApp.news_url=None", "--LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate"]
     # The environment's own tools come first on the path, as in an activated environment.
     environment = dict(os.environ, PATH=BIN + os.pathsep + os.environ.get("PATH", ""), VIRTUAL_ENV=VENV)
     environment["STEREO_LAB_COMMAND"] = ME

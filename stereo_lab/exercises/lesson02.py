@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from stereo_lab.exercises.answers import Choice, Function, Number, Wrong
@@ -13,8 +14,8 @@ CENTERS = ((10.0, 10.0, 13.0, 14.0), (100.0, 50.0, 100.0, 50.5))
 
 
 def questions(recording):
-    """Six questions; the pixel and the numbers are the same for every recording."""
-    return lesson("02", _order(), _wrap(), _votes(), _peak(), _rate(), _error())
+    """Seven questions; the pixel and the numbers are the same for every recording."""
+    return lesson("02", _order(), _wrap(), _lightness(), _votes(), _peak(), _rate(), _error())
 
 
 def _order():
@@ -61,6 +62,29 @@ def _wrap():
         code="def is_red(hue):\n    return (hue <= 7) | (hue >= 172)",
         reason="OpenCV halves the 360 degrees of hue to fit a byte; red lies round 0, on both sides.",
         reference=is_red,
+    )  # fmt: skip
+
+
+def _lightness():
+    hue, lightness, saturation = (int(n) for n in cv2.cvtColor(np.uint8([[PIXEL_BGR]]), cv2.COLOR_BGR2HLS)[0, 0])
+    return dict(
+        asks="The same pixel in HLS is printed above. What is its lightness?",
+        answer=Number(
+            lightness, 0, "of 255",
+            (
+                Wrong(saturation, "that is its saturation. Other programs write HSL; OpenCV's order is H, L, S."),
+                Wrong(hue, "that is its hue: the tint, 0 to 179."),
+            ),
+            "H, L, S: lightness stands in the middle.",
+        ),
+        hints=(
+            "The letters of HLS are in the order of the numbers.",
+            "Hue, lightness, saturation.",
+            "lightness = hls_pixel[____]",
+        ),
+        code="lightness = hls_pixel[1]",
+        reason="cv2.COLOR_BGR2HLS gives hue, lightness, saturation, in this order.",
+        reference=lightness,
     )  # fmt: skip
 
 
