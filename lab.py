@@ -21,7 +21,7 @@ PYTHON = os.path.join(BIN, "python.exe" if os.name == "nt" else "python")
 STAMP = os.path.join(VENV, "stereo_lab.stamp")
 OLDEST = (3, 10)
 SPACE_MB = 900
-EXTRAS = os.environ.get("STEREO_LAB_EXTRAS", "")  # such as "browser": what the tests of widgets need as well
+EXTRAS = os.environ.get("STEREO_LAB_EXTRAS", "")  # such as "browser,oracle": what some tests need as well
 ME = "py lab.py" if os.name == "nt" else "python3 lab.py"
 
 

@@ -1,6 +1,7 @@
-"""Lesson 05: from a point to the two joint angles of an arm, and back.
+"""Lesson 05: from a point to the joint angles of an arm, and back.
 
-Both joints turn in the bench's x-y plane; the origin is the shoulder.
+Both joints of the two-link arm turn in the bench's x-y plane; the origin is the shoulder. Angles grow
+counter-clockwise, as the cameras see it.
 """
 
 from __future__ import annotations
@@ -9,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stereo_lab.errors import UnreachableTargetError
+from stereo_lab.errors import StereoLabError, UnreachableTargetError
 
 ROUNDING = 1e-12  # how far a cosine may leave -1..1 by rounding alone
+ANGLE_ROUNDING_DEG = 1e-9  # an angle this far beyond a limit is at the limit
 
 
 @dataclass(frozen=True)
@@ -28,18 +30,28 @@ class TwoLinkArm:
 
     Parameters
     ----------
-    l1_mm, l2_mm : float, lengths of the links
-    theta1_limits_deg, theta2_limits_deg : (low, high), what the joints can turn
+    l1_mm, l2_mm : float, lengths of the links, above zero
+    limits_deg : ((low, high), (low, high)), how far shoulder and elbow can turn
+
+    Raises
+    ------
+    StereoLabError
+        If a length is not above zero, or a lower limit not below the upper one.
     """
 
     l1_mm: float
     l2_mm: float
-    theta1_limits_deg: tuple = (-180.0, 180.0)
-    theta2_limits_deg: tuple = (-150.0, 150.0)
+    limits_deg: tuple = ((-180.0, 180.0), (-150.0, 150.0))
+
+    def __post_init__(self):
+        if not all(np.isfinite(link) and link > 0 for link in (self.l1_mm, self.l2_mm)):
+            raise StereoLabError(f"Expected two links longer than 0 mm; got {self.l1_mm} and {self.l2_mm}.")
+        if len(self.limits_deg) != 2 or not all(low < high for low, high in self.limits_deg):
+            raise StereoLabError(f"Expected (low, high) in degrees for each of two joints; got {self.limits_deg}.")
 
     @property
     def reach_mm(self):
-        """Nearest and farthest distance of the hand from the shoulder (limits left out)."""
+        """Nearest and farthest distance of the hand from the shoulder, limits left out."""
         return abs(self.l1_mm - self.l2_mm), self.l1_mm + self.l2_mm
 
     def forward(self, angles):
@@ -59,10 +71,14 @@ class TwoLinkArm:
         return x_mm, y_mm
 
     def inverse(self, x_mm, y_mm, elbow="down"):
-        """Place of the hand to joint angles (Eq. 5 and 6 of the paper).
+        """Place of the hand to joint angles (Eq. 5 and 6 of the paper). Limits are left out.
 
         θ2 = acos((x² + y² − l1² − l2²) / (2·l1·l2))
         θ1 = atan2(y, x) − atan2(l2·sin θ2, l1 + l2·cos θ2)
+
+        Stretched, acos is flat and loses half of the digits. So θ2 is found by its half:
+        tan²(θ2/2) = (far² − r²) / (r² − near²), the same angle with r² = x² + y², far = l1 + l2
+        and near = |l1 − l2|.
 
         Parameters
         ----------
@@ -72,26 +88,89 @@ class TwoLinkArm:
         Returns
         -------
         JointAngles
-            θ1 in (−180, 180]. Arrays give arrays, with NaN where the point is out of reach.
+            θ1 in (−180, 180]. Arrays give arrays, with NaN where the point is out of reach. With the
+            hand in the shoulder of two equal links every θ1 is right; 0 is given.
 
         Raises
         ------
         UnreachableTargetError
             If a single point is out of reach.
+        StereoLabError
+            If a single point is not made of numbers.
         """
         if elbow not in ("down", "up"):
-            raise ValueError(f'elbow: expected "down" or "up", got {elbow!r}')
-        x, y = np.asarray(x_mm, float), np.asarray(y_mm, float)
-        cosine = (x**2 + y**2 - self.l1_mm**2 - self.l2_mm**2) / (2 * self.l1_mm * self.l2_mm)
-        cosine = np.where(np.abs(cosine) <= 1 + ROUNDING, np.clip(cosine, -1, 1), np.nan)
+            raise StereoLabError(f'elbow: expected "down" or "up", got {elbow!r}.')
+        x, y = _points(x_mm, y_mm)
+        sine, cosine = self._elbow(np.hypot(x, y), 1 if elbow == "down" else -1)
         if cosine.ndim == 0 and np.isnan(cosine):
             raise UnreachableTargetError(self._out_of_reach(float(x), float(y)))
-        theta2 = np.arccos(cosine) * (1 if elbow == "down" else -1)
-        theta1 = np.arctan2(y, x) - np.arctan2(self.l2_mm * np.sin(theta2), self.l1_mm + self.l2_mm * np.cos(theta2))
-        theta1_deg, theta2_deg = _wrap(np.degrees(theta1)), np.degrees(theta2)
+        theta1 = np.arctan2(y, x) - np.arctan2(self.l2_mm * sine, self.l1_mm + self.l2_mm * cosine)
+        theta1 = np.where((x == 0) & (y == 0) & ~np.isnan(cosine), 0.0, theta1)
+        theta1_deg, theta2_deg = _wrap(np.degrees(theta1)), np.degrees(np.arctan2(sine, cosine))
         if cosine.ndim == 0:
             return JointAngles(float(theta1_deg), float(theta2_deg))
         return JointAngles(theta1_deg, theta2_deg)
+
+    def solutions(self, x_mm, y_mm):
+        """All poses within the limits that bring the hand to one point.
+
+        Returns
+        -------
+        list of JointAngles
+            Elbow down first; a single one where the arm is stretched.
+
+        Raises
+        ------
+        UnreachableTargetError
+            If the point is out of reach, or every pose is beyond a limit.
+        """
+        poses = list(dict.fromkeys(self.inverse(x_mm, y_mm, elbow) for elbow in ("down", "up")))
+        allowed = [pose for pose in poses if self.within_limits(pose)]
+        if not allowed:
+            said = " or ".join(f"({p.theta1_deg:.1f}, {p.theta2_deg:.1f})" for p in poses)
+            raise UnreachableTargetError(
+                f"The point ({x_mm:.1f}, {y_mm:.1f}) mm needs the joints at {said} degrees; "
+                f"they turn from {_span(self.limits_deg[0])} and from {_span(self.limits_deg[1])}."
+            )
+        return allowed
+
+    def within_limits(self, angles):
+        """Whether joint angles are within the limits: bool, or an array of them."""
+        within = True
+        for angle, (low, high) in zip((angles.theta1_deg, angles.theta2_deg), self.limits_deg, strict=True):
+            angle = np.asarray(angle, float)
+            within = within & (angle >= low - ANGLE_ROUNDING_DEG) & (angle <= high + ANGLE_ROUNDING_DEG)
+        return bool(within) if np.ndim(within) == 0 else within
+
+    def jacobian(self, angles):
+        """How far the hand moves for each degree of each joint.
+
+        Parameters
+        ----------
+        angles : JointAngles, of scalars or of arrays of N
+
+        Returns
+        -------
+        ndarray, shape (2, 2) or (N, 2, 2)
+            [[dx/dθ1, dx/dθ2], [dy/dθ1, dy/dθ2]] in mm per degree. Its determinant is
+            l1·l2·sin θ2 times (π/180)²: zero where the arm is stretched or folded.
+        """
+        x, y = self.forward(angles)
+        theta12 = np.radians(np.add(angles.theta1_deg, angles.theta2_deg))
+        x2, y2 = self.l2_mm * np.cos(theta12), self.l2_mm * np.sin(theta12)
+        rows = np.array([[-y, -y2], [x, x2]]) * np.pi / 180
+        return np.moveaxis(rows, (0, 1), (-2, -1))
+
+    def _elbow(self, r, sign):
+        """Sine and cosine of θ2 for hands at distance r; NaN where out of reach."""
+        near, far = self.reach_mm
+        cosine = (r**2 - self.l1_mm**2 - self.l2_mm**2) / (2 * self.l1_mm * self.l2_mm)
+        reachable = np.abs(cosine) <= 1 + ROUNDING
+        inwards = np.clip((far - r) * (far + r), 0, None)  # far² − r²
+        outwards = np.clip((r - near) * (r + near), 0, None)  # r² − near²
+        whole = inwards + outwards
+        sine = sign * 2 * np.sqrt(inwards * outwards) / whole
+        return np.where(reachable, sine, np.nan), np.where(reachable, (outwards - inwards) / whole, np.nan)
 
     def _out_of_reach(self, x, y):
         near, far = self.reach_mm
@@ -103,6 +182,96 @@ class TwoLinkArm:
         )
 
 
+@dataclass(frozen=True)
+class TurretAngles:
+    """Turn of the turret about the bench's y axis, then the two joints of the arm on it, in degrees."""
+
+    turret_deg: float
+    theta1_deg: float
+    theta2_deg: float
+
+
+@dataclass(frozen=True)
+class TurretArm:
+    """A two-link arm on a turntable: the plane of the arm is carried round the upright y axis.
+
+    At 0° the arm's plane is the bench's x-y plane. Seen from above the turret turns
+    counter-clockwise, so that at 90° the arm points away from the cameras, along −z.
+
+    Parameters
+    ----------
+    plane : TwoLinkArm
+    turret_limits_deg : (low, high)
+    """
+
+    plane: TwoLinkArm
+    turret_limits_deg: tuple = (-180.0, 180.0)
+
+    def forward(self, angles):
+        """Angles to the place of the hand in the bench frame.
+
+        Parameters
+        ----------
+        angles : TurretAngles, of scalars or of arrays
+
+        Returns
+        -------
+        x_mm, y_mm, z_mm : float or ndarray
+        """
+        out_mm, y_mm = self.plane.forward(JointAngles(angles.theta1_deg, angles.theta2_deg))
+        turret = np.radians(angles.turret_deg)
+        return out_mm * np.cos(turret), y_mm, -out_mm * np.sin(turret)
+
+    def inverse(self, x_mm, y_mm, z_mm, elbow="down"):
+        """Place of the hand in the bench frame to the three angles.
+
+        The turret looks at the point; what is left is a point in the arm's own plane,
+        √(x² + z²) out and y up.
+
+        Returns
+        -------
+        TurretAngles
+            Arrays give arrays, with NaN where the point is out of reach. On the turret's axis every
+            turret angle is right; 0 is given.
+
+        Raises
+        ------
+        UnreachableTargetError
+            If a single point is out of reach.
+        """
+        x, z = _points(x_mm, z_mm)
+        pose = self.plane.inverse(np.hypot(x, z), y_mm, elbow)
+        turret_deg = np.where(np.isnan(pose.theta1_deg), np.nan, _wrap(np.degrees(np.arctan2(-z, x))))
+        turret_deg = np.where((x == 0) & (z == 0) & ~np.isnan(turret_deg), 0.0, turret_deg)
+        if turret_deg.ndim == 0:
+            return TurretAngles(float(turret_deg), pose.theta1_deg, pose.theta2_deg)
+        return TurretAngles(turret_deg, pose.theta1_deg, pose.theta2_deg)
+
+    def within_limits(self, angles):
+        """Whether turret and joints are within their limits."""
+        low, high = self.turret_limits_deg
+        turret = np.asarray(angles.turret_deg, float)
+        turns = (turret >= low - ANGLE_ROUNDING_DEG) & (turret <= high + ANGLE_ROUNDING_DEG)
+        within = turns & self.plane.within_limits(JointAngles(angles.theta1_deg, angles.theta2_deg))
+        return bool(within) if np.ndim(within) == 0 else within
+
+
+def _points(x, y):
+    """Two coordinates as float arrays of one shape; a single point must be finite."""
+    try:
+        x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
+    except (TypeError, ValueError):
+        raise StereoLabError(f"Expected coordinates in mm as numbers; got {x!r} and {y!r}.") from None
+    if x.ndim == 0 and not (np.isfinite(x) and np.isfinite(y)):
+        raise StereoLabError(f"Expected coordinates in mm as finite numbers; got {x} and {y}.")
+    return x, y
+
+
 def _wrap(angle_deg):
     """Angles in (−180, 180]."""
-    return -(np.mod(-np.asarray(angle_deg) + 180.0, 360.0) - 180.0)
+    angle = np.asarray(angle_deg, float)
+    return np.where(angle > 180, angle - 360, np.where(angle <= -180, angle + 360, angle))
+
+
+def _span(limits):
+    return f"{limits[0]:g} to {limits[1]:g}"

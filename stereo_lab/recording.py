@@ -252,13 +252,15 @@ SHIPPED_ARM = {"l1_mm": 250, "l2_mm": 200, "depth_mm": 1000, "theta1_deg": [-180
 
 def _parse_arm(facts, where):
     arm = _section(facts, "arm", where) if "arm" in facts else SHIPPED_ARM
-    limits = {}
+    limits = []
     for joint in ("theta1_deg", "theta2_deg"):
-        if joint in arm:
-            low, high = (finite_number(v, f"{where}, arm {joint}") for v in _list(arm, joint, 2, where))
-            limits[f"{joint[:6]}_limits_deg"] = (low, high)
+        turns = _list(arm, joint, 2, where) if joint in arm else SHIPPED_ARM[joint]
+        low, high = (finite_number(v, f"{where}, arm {joint}") for v in turns)
+        if low >= high:
+            raise RecordingError(f"{where}, arm {joint}: expected [low, high] in degrees, got {turns!r}.")
+        limits.append((low, high))
     lengths = [_positive(arm.get(k), f"{where}, arm {k}") for k in ("l1_mm", "l2_mm", "depth_mm")]
-    return TwoLinkArm(*lengths[:2], **limits), lengths[2]
+    return TwoLinkArm(*lengths[:2], tuple(limits)), lengths[2]
 
 
 def _section(facts, key, where):

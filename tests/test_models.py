@@ -1,11 +1,10 @@
-"""Position, depth and kinematics: made truth, recovered."""
+"""Position and depth: made truth, recovered."""
 
 import numpy as np
 import pytest
 
 from stereo_lab.depth import IdealDepth, OffsetDepth, PaperDepth
-from stereo_lab.errors import StereoLabError, UnreachableTargetError
-from stereo_lab.kinematics import JointAngles, TwoLinkArm
+from stereo_lab.errors import StereoLabError
 from stereo_lab.position import LineFit, RigidFit
 
 RNG = np.random.default_rng(5)
@@ -65,34 +64,3 @@ def test_rigid_fit_refuses_a_line_of_points():
     points = np.outer(np.arange(5.0), [1, 2, 3])
     with pytest.raises(StereoLabError, match="one line"):
         RigidFit.fit(points, points)
-
-
-@pytest.mark.parametrize(
-    ("l1", "l2", "x", "y", "down", "up"),
-    [
-        (10, 10, 10, 10, (0, 90), (90, -90)),
-        (12, 9, 15, 0, (-36.8699, 90), (36.8699, -90)),
-        (12, 9, 5, 15, (37.1360, 83.3536), (105.9941, -83.3536)),
-        (12, 9, -8, -10, (-171.0499, 106.4039), (-86.2697, -106.4039)),
-        (15, 10, 18, 7, (-9.4873, 80.7931), (51.9883, -80.7931)),
-    ],
-)
-def test_inverse_kinematics(l1, l2, x, y, down, up):
-    arm = TwoLinkArm(l1, l2)
-    for elbow, expected in (("down", down), ("up", up)):
-        angles = arm.inverse(x, y, elbow)
-        assert (angles.theta1_deg, angles.theta2_deg) == pytest.approx(expected, abs=1e-4)
-        assert arm.forward(angles) == pytest.approx((x, y), abs=1e-9)
-
-
-def test_inverse_kinematics_of_arrays():
-    arm = TwoLinkArm(250, 200)
-    angles = arm.inverse(np.array([300.0, 900.0]), np.array([100.0, 0.0]))
-    assert np.isnan(angles.theta1_deg).tolist() == [False, True]
-    assert -180 < angles.theta1_deg[0] <= 180
-
-
-def test_unreachable_target_says_how_far():
-    with pytest.raises(UnreachableTargetError, match="50 mm out of reach"):
-        TwoLinkArm(250, 200).inverse(500, 0)
-    assert TwoLinkArm(12, 9).inverse(21, 0) == JointAngles(0, 0)
