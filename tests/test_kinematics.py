@@ -128,10 +128,12 @@ def test_jacobian_is_the_slope_of_forward():
     rng = np.random.default_rng(2)
     angles = JointAngles(*rng.uniform(-170, 170, (2, 50)))
     step = 1e-5
-    for column, moved in enumerate((
-        JointAngles(angles.theta1_deg + step, angles.theta2_deg),
-        JointAngles(angles.theta1_deg, angles.theta2_deg + step),
-    )):
+    for column, moved in enumerate(
+        (
+            JointAngles(angles.theta1_deg + step, angles.theta2_deg),
+            JointAngles(angles.theta1_deg, angles.theta2_deg + step),
+        )
+    ):
         slope = (np.array(BENCH.forward(moved)) - np.array(BENCH.forward(angles))).T / step
         assert np.allclose(BENCH.jacobian(angles)[:, :, column], slope, atol=1e-4)
     determinant = np.linalg.det(BENCH.jacobian(angles))
