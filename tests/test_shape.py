@@ -10,7 +10,7 @@ import pytest
 from conftest import ROOT
 
 PACKAGE = ROOT / "stereo_lab"
-LESSONS = {"calibration", "detection", "position", "depth", "kinematics"}
+LESSONS = {"calibration", "detection", "position", "depth", "kinematics", "motion"}
 
 
 def imports(path):

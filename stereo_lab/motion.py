@@ -1,0 +1,286 @@
+"""Lesson 06: ways to stop a motor where it should. What a motor is, and how to measure it, stands in motors.py.
+
+Degrees at the joint, degrees per second, volts; plus is counter-clockwise. The controller looks at the
+encoder every ``TICK_S`` seconds and sets a new voltage. The virtual arm and the lesson use the rules
+written here; the firmware of the real arm is the same in C.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereo_lab.motors import (
+    DirectionFit,
+    Motor,
+    MotorCalibration,
+    advance,
+    calibrate_motor,
+    drag_link,
+    encoder_count,
+    polled_counts,
+    push_of,
+)  # fmt: skip
+
+__all__ = [
+    "DirectionFit", "Motor", "MotorCalibration", "Profile", "Run", "SlowDownRule", "Tuning", "advance",
+    "calibrate_motor", "drag_link", "drive", "encoder_count", "polled_counts", "push_of", "slow_down_volts",
+    "slow_zone_deg", "tracking_volts", "trapezoid_step",
+]  # fmt: skip
+
+TICK_S = 0.002  # the controller looks and acts 500 times a second
+ARRIVED_COUNTS = 0.6  # a goal lies half a count beside the nearest one at most; a little more is there
+REST_TICKS = 6  # so long must the encoder stand still
+NUDGE_V = 0.02  # how much a push to the goal grows with every tick that it does not help
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """What the controller knows of a motor; the values before calibration are those of a typical one.
+
+    Attributes
+    ----------
+    speed_per_volt, time_constant_s : float, k and τ
+    dead_band_v, starts_at_v : (counter-clockwise, clockwise), volts without sign
+    counts_per_turn : float, of the encoder
+    """
+
+    speed_per_volt: float = 200.0
+    time_constant_s: float = 0.06
+    dead_band_v: tuple = (1.2, 1.6)
+    starts_at_v: tuple = (1.4, 1.85)
+    counts_per_turn: float = 1920.0
+
+    @classmethod
+    def of(cls, calibration, counts_per_turn=1920.0):
+        """From a :class:`MotorCalibration`."""
+        return cls(
+            calibration.speed_per_volt,
+            calibration.time_constant_s,
+            (calibration.ccw.dead_band_v, calibration.cw.dead_band_v),
+            (calibration.ccw.starts_at_v, calibration.cw.starts_at_v),
+            counts_per_turn,
+        )
+
+    @property
+    def arrived_deg(self):
+        """Nearer to the goal than this is there."""
+        return ARRIVED_COUNTS * 360 / self.counts_per_turn
+
+    @property
+    def kp_v_per_deg(self):
+        """The gain with which an error dies out like a well damped door, without swinging."""
+        return 1 / (2 * self.speed_per_volt * self.time_constant_s)
+
+    @property
+    def ki_v_per_deg_s(self):
+        """Slow enough not to make the gain above swing."""
+        return self.kp_v_per_deg / (4 * self.time_constant_s)
+
+
+def slow_down_volts(left_deg, zone_deg, fast_v, slow_v):
+    """The paper's rule: full speed, slow within ``zone_deg`` before the goal, brake at the goal.
+
+    Parameters
+    ----------
+    left_deg : float, still to go; below zero past the goal
+    fast_v, slow_v : float, the two voltages
+    """
+    if left_deg <= 0:
+        return 0.0
+    return fast_v if left_deg > zone_deg else slow_v
+
+
+def slow_zone_deg(time_constant_s, cruise_deg_s):
+    """A slow zone that suits the motor.
+
+    A motor sheds its speed with the time constant τ, and turns by up to τ·ω degrees meanwhile. Twice
+    that leaves room to settle at the slow speed.
+    """
+    return 2 * time_constant_s * cruise_deg_s
+
+
+def trapezoid_step(position_deg, speed_deg_s, goal_deg, cruise_deg_s, acceleration_deg_s2, seconds=TICK_S):
+    """The next point of a motion that speeds up, cruises and slows down in time.
+
+    Drawn over time, its speed is a trapezoid. The goal may change on the way.
+
+    Parameters
+    ----------
+    position_deg, speed_deg_s : float, where the plan is now
+
+    Returns
+    -------
+    position_deg, speed_deg_s : float
+    """
+    left = goal_deg - position_deg
+    way = 1.0 if left >= 0 else -1.0
+    change = acceleration_deg_s2 * seconds
+    in_time = math.sqrt(change * change / 4 + 2 * acceleration_deg_s2 * abs(left)) - change / 2
+    speed = max(min(speed_deg_s * way + change, cruise_deg_s, in_time), speed_deg_s * way - change)
+    if abs(left) <= abs(speed) * seconds and abs(speed) <= 2 * change:
+        return goal_deg, 0.0
+    return position_deg + way * speed * seconds, way * speed
+
+
+def tracking_volts(tuning, speed_deg_s, acceleration_deg_s2, error_deg, integral_v):
+    """The voltage that keeps a turning motor on its plan.
+
+    V = ±V₀ + (ω + τ·dω/dt)/k + Kp·e + Ki·∫e dt: the motor's equation solved for V, and what the error
+    e = plan − measured asks for on top. ω is the planned speed.
+    """
+    friction = tuning.dead_band_v[0] if speed_deg_s > 0 else -tuning.dead_band_v[1]
+    feed_forward = (speed_deg_s + tuning.time_constant_s * acceleration_deg_s2) / tuning.speed_per_volt
+    return friction + feed_forward + tuning.kp_v_per_deg * error_deg + integral_v
+
+
+class SlowDownRule:
+    """One move by the paper's rule; :meth:`volts` is asked once every tick."""
+
+    def __init__(self, tuning, start_deg, goal_deg, zone_deg=5.0, cruise_deg_s=180.0):
+        self.goal_deg, self.zone_deg = goal_deg, zone_deg
+        self.way = 1.0 if goal_deg >= start_deg else -1.0
+        side = self.way < 0
+        self.fast_v = tuning.dead_band_v[side] + cruise_deg_s / tuning.speed_per_volt
+        self.slow_v = tuning.starts_at_v[side]
+        self.done = False
+        self._rest = _Rest(start_deg)
+
+    def volts(self, measured_deg):
+        """The voltage for the next tick; 0 brakes."""
+        left = (self.goal_deg - measured_deg) * self.way
+        rests = self._rest.ticks(measured_deg) >= REST_TICKS
+        self.done = left <= 0 and rests
+        return self.way * slow_down_volts(left, self.zone_deg, self.fast_v, self.slow_v)
+
+
+class Profile:
+    """One move along a trapezoid, held by feed-forward and feedback; :meth:`volts` is asked once every tick.
+
+    At the end of the plan a motor may rest a few counts beside the goal, held by its friction. Then it
+    is pushed: from the voltage that starts it, a little more with every tick, until the encoder moves.
+
+    Parameters
+    ----------
+    speed_deg_s : float, of the plan that this one takes over from, when a move gets a new goal on its way
+    """
+
+    def __init__(
+        self,
+        tuning,
+        start_deg,
+        goal_deg,
+        cruise_deg_s=180.0,
+        acceleration_deg_s2=1000.0,
+        speed_deg_s=0.0,
+        integral_v=0.0,
+    ):
+        self.tuning, self.goal_deg = tuning, goal_deg
+        self.cruise_deg_s, self.acceleration_deg_s2 = cruise_deg_s, acceleration_deg_s2
+        self.planned_deg, self.speed_deg_s, self.integral_v = start_deg, speed_deg_s, integral_v
+        self.done = False
+        self._rest, self._push_v = _Rest(start_deg), 0.0
+
+    def volts(self, measured_deg):
+        """The voltage for the next tick; 0 brakes."""
+        before = self.speed_deg_s
+        self.planned_deg, self.speed_deg_s = trapezoid_step(
+            self.planned_deg, before, self.goal_deg, self.cruise_deg_s, self.acceleration_deg_s2
+        )
+        rests = self._rest.ticks(measured_deg)
+        error = self.planned_deg - measured_deg
+        if self.speed_deg_s == 0.0 and self.planned_deg == self.goal_deg:
+            return self._settle(error, rests)
+        self.integral_v += self.tuning.ki_v_per_deg_s * error * TICK_S
+        acceleration = (self.speed_deg_s - before) / TICK_S
+        return tracking_volts(self.tuning, self.speed_deg_s, acceleration, error, self.integral_v)
+
+    def _settle(self, error, rests):
+        if abs(error) <= self.tuning.arrived_deg:
+            self.done = rests >= REST_TICKS
+            self._push_v = 0.0
+            return 0.0
+        if rests == 0 or (self._push_v == 0.0 and rests < REST_TICKS):
+            self._push_v = 0.0
+            return 0.0
+        self._push_v += NUDGE_V
+        way = 1.0 if error > 0 else -1.0
+        return way * (self.tuning.starts_at_v[error < 0] + self._push_v)
+
+
+class _Rest:
+    """For how many ticks the encoder has stood still."""
+
+    def __init__(self, measured_deg):
+        self._last, self._ticks = measured_deg, 0
+
+    def ticks(self, measured_deg):
+        self._ticks = self._ticks + 1 if measured_deg == self._last else 0
+        self._last = measured_deg
+        return self._ticks
+
+
+# --- a motor on its own ------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One move of one motor, tick by tick.
+
+    Attributes
+    ----------
+    time_s, position_deg, speed_deg_s, measured_deg, volts : ndarray, equally long
+    rest_deg : float, where it came to rest
+    arrived_s : float, when the rule was done
+    """
+
+    time_s: np.ndarray
+    position_deg: np.ndarray
+    speed_deg_s: np.ndarray
+    measured_deg: np.ndarray
+    volts: np.ndarray
+    rest_deg: float
+    arrived_s: float
+
+
+def drive(motor, rule, longest_s=3.0, looks_per_s=None, lost=0.0, seed=0):
+    """Drive a motor from rest at 0° by a rule.
+
+    Parameters
+    ----------
+    motor : Motor
+    rule : SlowDownRule or Profile, or anything else with ``volts(measured_deg)`` and ``done``
+    looks_per_s : float or None
+        How often the encoder is looked at; None: every edge is caught by an interrupt.
+    lost : float, which part of the looks gets lost on the way
+    seed : int, for what gets lost
+
+    Returns
+    -------
+    Run
+    """
+    rng = np.random.default_rng(seed)
+    degree = 360 / motor.counts_per_turn
+    position, speed = degree / 2, 0.0  # in the middle of a count
+    seen, count, owed, rows = 0, 0, 0.0, []
+    steps = 1 if looks_per_s is None else max(1, round(looks_per_s * TICK_S))
+    for tick in range(round(longest_s / TICK_S)):
+        measured = count * degree
+        volts = rule.volts(measured)
+        rows.append((tick * TICK_S, position - degree / 2, speed, measured, volts))
+        if rule.done:
+            break
+        for _ in range(steps):
+            position, speed = advance(motor, position, speed, volts, TICK_S / steps)
+            owed += 1.0 if looks_per_s is None else looks_per_s * TICK_S / steps
+            if owed >= 1 - 1e-9:
+                owed -= 1
+                if lost == 0 or rng.random() >= lost:
+                    edges = encoder_count(motor, position)
+                    count = edges if looks_per_s is None else count + (0, 1, 0, -1)[(edges - seen) % 4]
+                    seen = edges
+    position, _ = advance(motor, position, speed, 0.0, 2.0)
+    columns = (np.array(column) for column in zip(*rows, strict=True))
+    return Run(*columns, position - degree / 2, rows[-1][0])

@@ -1,0 +1,212 @@
+"""Lesson 06: motors against their equation solved in small steps, and the stopping rules on motors drawn by lot."""
+
+import numpy as np
+import pytest
+
+from stereo_lab.errors import StereoLabError
+from stereo_lab.motion import (
+    TICK_S,
+    Motor,
+    Profile,
+    SlowDownRule,
+    Tuning,
+    advance,
+    calibrate_motor,
+    drag_link,
+    drive,
+    polled_counts,
+    push_of,
+    slow_down_volts,
+    slow_zone_deg,
+    trapezoid_step,
+)  # fmt: skip
+from stereo_lab.motors import STICTION, DirectionFit, push_turns_deg
+
+MOTORS = [Motor.random(np.random.default_rng(k)) for k in range(200)]
+CRUISE = 180.0
+
+
+def stepped(motor, position, speed, volts, seconds, dt=1e-5):
+    """The motor's equation in small steps: slow, and written apart from the exact one."""
+    for _ in range(round(seconds / dt)):
+        if speed == 0 and abs(volts) <= STICTION * motor.dead_band_v[volts < 0]:
+            continue
+        way = np.sign(speed) or np.sign(volts)
+        friction = motor.dead_band_v[way < 0]
+        new = speed + (motor.speed_per_volt * (volts - way * friction) - speed) / motor.time_constant_s * dt
+        new = 0.0 if new * way < 0 else new
+        position, speed = position + (speed + new) / 2 * dt, new
+    return position, speed
+
+
+@pytest.mark.parametrize(("speed", "volts"), [(0, 3), (0, -3), (0, 1.3), (300, 3), (300, 0), (-200, 0.9), (250, -4)])
+@pytest.mark.parametrize("seconds", [0.002, 0.05, 0.3])
+def test_advance_solves_the_motors_equation(speed, volts, seconds):
+    motor = Motor(190.0, (1.2, 1.7), 0.07)
+    exact = advance(motor, 10.0, float(speed), float(volts), seconds)
+    position, ends = stepped(motor, 10.0, float(speed), float(volts), seconds)
+    assert exact[0] == pytest.approx(position, abs=0.02) and exact[1] == pytest.approx(ends, abs=0.3)
+    halves = advance(motor, *advance(motor, 10.0, float(speed), float(volts), seconds / 2), float(volts), seconds / 2)
+    assert halves == pytest.approx(exact, abs=1e-9)
+
+
+def test_the_supply_is_the_most_that_there_is():
+    assert advance(Motor(), 0, 0, 60, 0.1) == advance(Motor(), 0, 0, 6, 0.1)
+
+
+def test_a_motor_at_rest_needs_more_than_one_that_turns():
+    motor = Motor(dead_band_v=(1.0, 1.5))
+    assert advance(motor, 0.0, 0.0, 1.1, 1.0) == (0.0, 0.0)
+    assert advance(motor, 0.0, 5.0, 1.1, 1.0)[1] > 5
+    assert advance(motor, 0.0, 0.0, -1.6, 1.0) == (0.0, 0.0)
+    assert advance(motor, 0.0, 0.0, -1.8, 1.0)[1] < 0
+
+
+def test_backlash_lets_the_link_lag():
+    assert drag_link(0.0, 0.4, 1.0) == 0.0
+    assert drag_link(0.0, 3.0, 1.0) == 2.5
+    assert drag_link(2.5, 2.1, 1.0) == 2.5
+    assert drag_link(2.5, -1.0, 1.0) == -0.5
+
+
+def test_motors_of_a_batch_differ_as_they_should():
+    k = np.array([m.speed_per_volt for m in MOTORS])
+    forth, back = np.array([m.dead_band_v for m in MOTORS]).T
+    assert k.min() < 175 < 225 < k.max() and k.min() >= 170 and k.max() <= 230
+    assert 0.9 <= forth.min() < 1.0 and 1.4 < forth.max() <= 1.5
+    assert 1.1 <= (back / forth).min() < 1.15 and 1.5 < (back / forth).max() <= 1.6
+
+
+def test_calibration_finds_what_the_motor_is_made_of():
+    for motor in MOTORS[:40]:
+        found = calibrate_motor(push_of(motor), motor.supply_v)
+        for way, fit in ((0, found.ccw), (1, found.cw)):
+            assert fit.speed_per_volt == pytest.approx(motor.speed_per_volt, rel=0.06)
+            assert fit.dead_band_v == pytest.approx(motor.dead_band_v[way], rel=0.05)
+            assert fit.time_constant_s == pytest.approx(motor.time_constant_s, rel=0.15)
+            assert fit.starts_at_v == pytest.approx(STICTION * motor.dead_band_v[way], abs=0.05)
+            assert np.abs(fit.residuals_deg).max() < 0.6
+
+
+def test_direction_fit_recovers_made_pushes():
+    volts, seconds = np.array([2.0, 2.0, 2.6, 3.0, 3.0]), np.array([0.15, 0.3, 0.2, 0.15, 0.4])
+    fit = DirectionFit.fit(1.5, volts, seconds, push_turns_deg(210.0, 1.3, 0.045, volts, seconds))
+    assert (fit.speed_per_volt, fit.dead_band_v, fit.time_constant_s) == pytest.approx((210, 1.3, 0.045), rel=1e-4)
+
+
+def test_push_formula_is_what_the_motor_does():
+    motor = Motor(190.0, (1.2, 1.7), 0.07)
+    position, speed = advance(motor, 0.0, 0.0, 2.5, 0.2)
+    position, _ = advance(motor, position, speed, 0.0, 2.0)
+    assert push_turns_deg(190.0, 1.2, 0.07, 2.5, 0.2) == pytest.approx(position, abs=1e-9)
+
+
+def test_a_motor_that_does_not_turn_or_turns_the_wrong_way_is_named():
+    with pytest.raises(StereoLabError, match="supply switched on"):
+        calibrate_motor(lambda volts, seconds: 0.0, 6.0)
+    backwards = push_of(Motor())
+    with pytest.raises(StereoLabError, match="wrong way"):
+        calibrate_motor(lambda volts, seconds: -backwards(volts, seconds), 6.0)
+    blocked = iter(range(1000))
+    with pytest.raises(StereoLabError, match="fit together"):
+        calibrate_motor(lambda volts, seconds: np.sign(volts) * (next(blocked) % 3) * 9 * (abs(volts) > 1), 6.0)
+    with pytest.raises(StereoLabError, match="four pushes"):
+        DirectionFit.fit(1.0, [2, 2], [0.1, 0.2], [10, 20])
+
+
+def test_slow_down_rule_has_three_parts():
+    assert [slow_down_volts(left, 5, 3.0, 1.5) for left in (20, 5.1, 5, 0.1, 0, -3)] == [3, 3, 1.5, 1.5, 0, 0]
+
+
+@pytest.mark.parametrize(("start", "goal"), [(0, 90), (10, -80), (0, 3)])
+def test_trapezoid_keeps_its_bounds_and_arrives(start, goal):
+    position, speed, positions = float(start), 0.0, [float(start)]
+    for _ in range(2000):
+        before = speed
+        position, speed = trapezoid_step(position, speed, float(goal), CRUISE, 1000.0)
+        assert abs(speed) <= CRUISE + 1e-9
+        assert abs(speed - before) <= 2 * 1000 * TICK_S + 1e-9
+        positions.append(position)
+    assert position == goal and speed == 0
+    steps = np.diff(positions) * np.sign(goal - start)
+    assert (steps >= -1e-12).all()  # never back
+
+
+def test_trapezoid_takes_a_new_goal_on_the_way():
+    position, speed = 0.0, 0.0
+    for _ in range(150):
+        position, speed = trapezoid_step(position, speed, 90.0, CRUISE, 1000.0)
+    assert speed == pytest.approx(CRUISE)
+    for _ in range(1000):
+        before = speed
+        position, speed = trapezoid_step(position, speed, -20.0, CRUISE, 1000.0)
+        assert abs(speed - before) <= 2 * 1000 * TICK_S + 1e-9
+    assert position == -20.0
+
+
+def fastest_s(motor, way):
+    """Full cruise speed into the goal, then braked to rest: no move of that speed is shorter."""
+    position = speed = time = 0.0
+    volts = motor.dead_band_v[way < 0] + CRUISE / motor.speed_per_volt
+    while position * way < 90 or abs(speed) > 1:
+        position, speed = advance(motor, position, speed, way * volts if position * way < 90 else 0.0, TICK_S)
+        time += TICK_S
+    return time
+
+
+@pytest.fixture(scope="module")
+def tunings():
+    return [Tuning.of(calibrate_motor(push_of(m), m.supply_v)) for m in MOTORS]
+
+
+def stopping(tunings, rule):
+    """Errors and times, as multiples of the fastest move, of 90° moves (and a little, to meet all counts)."""
+    rng, errors, times = np.random.default_rng(1), [], []
+    for motor, tuning in zip(MOTORS, tunings, strict=True):
+        for way in (1, -1):
+            goal = way * (90 + rng.uniform(-0.2, 0.2))
+            run = drive(motor, rule(tuning, goal))
+            errors.append(abs(run.rest_deg - goal))
+            times.append(run.arrived_s / fastest_s(motor, way))
+    return np.percentile(errors, 95), np.array(times)
+
+
+def test_profile_stops_within_a_third_of_a_degree(tunings):
+    error, times = stopping(tunings, lambda tuning, goal: Profile(tuning, 0.0, goal))
+    assert error < 0.3
+    assert times.max() < 1.5
+
+
+def test_paper_rule_is_ten_times_worse_at_this_speed_and_a_fitting_zone_mends_it(tunings):
+    paper, _ = stopping(tunings, lambda tuning, goal: SlowDownRule(tuning, 0.0, goal))
+    zone, _ = stopping(tunings, lambda t, goal: SlowDownRule(t, 0.0, goal, slow_zone_deg(t.time_constant_s, CRUISE)))
+    assert paper > 2 and zone < 0.6
+
+
+def test_paper_rule_without_calibration_leaves_some_motors_short(tunings):
+    runs = [drive(m, SlowDownRule(Tuning(), 0.0, 90.0)) for m in MOTORS]
+    assert max(abs(r.rest_deg - 90) for r in runs) > 3
+    error, _ = stopping([Tuning()] * len(MOTORS), lambda tuning, goal: SlowDownRule(tuning, 0.0, goal))
+    calibrated, _ = stopping(tunings, lambda tuning, goal: SlowDownRule(tuning, 0.0, goal))
+    assert error > calibrated
+
+
+def test_polled_encoder_loses_its_way_when_looks_are_rare():
+    motor = Motor()
+    position = np.linspace(0, 90, 20001)
+    for every, right in ((1, True), (20, True), (100, False)):
+        counts, lost = polled_counts(motor, position[::every])
+        assert (abs(counts[-1] - 480) <= 1) == right, every
+        assert (lost > 0) == (not right)
+
+
+def test_lost_samples_move_the_place_where_a_motor_stops():
+    motor = Motor()
+    tuning = Tuning.of(calibrate_motor(push_of(motor), 6.0))
+    off = {
+        looks: abs(drive(motor, Profile(tuning, 0.0, 90.0), looks_per_s=looks, lost=0.1).rest_deg - 90)
+        for looks in (5000, 2000, 1000)
+    }
+    assert off[5000] < 0.3 < off[2000] < off[1000]
+    never = drive(motor, Profile(tuning, 0.0, 90.0), looks_per_s=500)
+    assert never.arrived_s > 2.9 and never.rest_deg > 150
