@@ -207,7 +207,7 @@ class Profile:
             return 0.0
         self._push_v += NUDGE_V
         way = 1.0 if error > 0 else -1.0
-        return way * (self.tuning.starts_at_v[error < 0] + self._push_v)
+        return way * (self.tuning.starts_at_v[int(error < 0)] + self._push_v)
 
 
 class _Rest:

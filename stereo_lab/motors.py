@@ -61,13 +61,13 @@ def advance(motor, position_deg, speed_deg_s, volts, seconds):
     """
     volts = max(-motor.supply_v, min(motor.supply_v, volts))
     if speed_deg_s == 0.0:
-        dead_band = motor.dead_band_v[volts < 0]
+        dead_band = motor.dead_band_v[int(volts < 0)]
         if abs(volts) <= STICTION * dead_band:
             return position_deg, 0.0
         way = 1.0 if volts > 0 else -1.0
     else:
         way = 1.0 if speed_deg_s > 0 else -1.0
-        dead_band = motor.dead_band_v[way < 0]
+        dead_band = motor.dead_band_v[int(way < 0)]
     tau = motor.time_constant_s
     final = motor.speed_per_volt * (volts - way * dead_band)  # the speed it would settle at
     left = math.exp(-seconds / tau)

@@ -29,10 +29,10 @@ CRUISE = 180.0
 def stepped(motor, position, speed, volts, seconds, dt=1e-5):
     """The motor's equation in small steps: slow, and written apart from the exact one."""
     for _ in range(round(seconds / dt)):
-        if speed == 0 and abs(volts) <= STICTION * motor.dead_band_v[volts < 0]:
+        if speed == 0 and abs(volts) <= STICTION * motor.dead_band_v[int(volts < 0)]:
             continue
         way = np.sign(speed) or np.sign(volts)
-        friction = motor.dead_band_v[way < 0]
+        friction = motor.dead_band_v[int(way < 0)]
         new = speed + (motor.speed_per_volt * (volts - way * friction) - speed) / motor.time_constant_s * dt
         new = 0.0 if new * way < 0 else new
         position, speed = position + (speed + new) / 2 * dt, new
@@ -147,7 +147,7 @@ def test_trapezoid_takes_a_new_goal_on_the_way():
 def fastest_s(motor, way):
     """Full cruise speed into the goal, then braked to rest: no move of that speed is shorter."""
     position = speed = time = 0.0
-    volts = motor.dead_band_v[way < 0] + CRUISE / motor.speed_per_volt
+    volts = motor.dead_band_v[int(way < 0)] + CRUISE / motor.speed_per_volt
     while position * way < 90 or abs(speed) > 1:
         position, speed = advance(motor, position, speed, way * volts if position * way < 90 else 0.0, TICK_S)
         time += TICK_S
@@ -172,7 +172,7 @@ def stopping(tunings, rule):
 
 
 def test_profile_stops_within_a_third_of_a_degree(tunings):
-    error, times = stopping(tunings, lambda tuning, goal: Profile(tuning, 0.0, goal))
+    error, times = stopping(tunings, lambda tuning, goal: Profile(tuning, 0.0, np.float64(goal)))
     assert error < 0.3
     assert times.max() < 1.5
 
