@@ -15,3 +15,7 @@ class CalibrationError(StereoLabError):
 
 class UnreachableTargetError(StereoLabError):
     """A point that the arm cannot reach."""
+
+
+class ArmError(StereoLabError):
+    """An arm that does not answer, refuses, or stopped by itself."""

@@ -41,7 +41,7 @@ class TwoLinkArm:
 
     l1_mm: float
     l2_mm: float
-    limits_deg: tuple = ((-180.0, 180.0), (-150.0, 150.0))
+    limits_deg: tuple = ((-180.0, 180.0), (-180.0, 180.0))
 
     def __post_init__(self):
         if not all(np.isfinite(link) and link > 0 for link in (self.l1_mm, self.l2_mm)):

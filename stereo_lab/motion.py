@@ -33,7 +33,7 @@ __all__ = [
 TICK_S = 0.002  # the controller looks and acts 500 times a second
 ARRIVED_COUNTS = 0.6  # a goal lies half a count beside the nearest one at most; a little more is there
 REST_TICKS = 6  # so long must the encoder stand still
-NUDGE_V = 0.02  # how much a push to the goal grows with every tick that it does not help
+KICK_V = 0.02  # what is added with every tick for a motor that is stuck
 
 
 @dataclass(frozen=True)
@@ -71,12 +71,12 @@ class Tuning:
 
     @property
     def kp_v_per_deg(self):
-        """The gain with which an error dies out like a well damped door, without swinging."""
-        return 1 / (2 * self.speed_per_volt * self.time_constant_s)
+        """The gain on the error. A motor without friction would swing with it; the dead band takes that away."""
+        return 2 / (self.speed_per_volt * self.time_constant_s)
 
     @property
     def ki_v_per_deg_s(self):
-        """Slow enough not to make the gain above swing."""
+        """Slow beside the gain above: it takes up what the calibration has wrong, within some time constants."""
         return self.kp_v_per_deg / (4 * self.time_constant_s)
 
 
@@ -159,8 +159,8 @@ class SlowDownRule:
 class Profile:
     """One move along a trapezoid, held by feed-forward and feedback; :meth:`volts` is asked once every tick.
 
-    At the end of the plan a motor may rest a few counts beside the goal, held by its friction. Then it
-    is pushed: from the voltage that starts it, a little more with every tick, until the encoder moves.
+    A motor that friction holds, on the way or a few counts beside the goal, is kicked: with the voltage
+    that starts it and a little more with every tick, until the encoder moves.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ class Profile:
         self.cruise_deg_s, self.acceleration_deg_s2 = cruise_deg_s, acceleration_deg_s2
         self.planned_deg, self.speed_deg_s, self.integral_v = start_deg, speed_deg_s, integral_v
         self.done = False
-        self._rest, self._push_v = _Rest(start_deg), 0.0
+        self._rest, self._kick_v = _Rest(start_deg), 0.0
 
     def volts(self, measured_deg):
         """The voltage for the next tick; 0 brakes."""
@@ -191,8 +191,13 @@ class Profile:
         )
         rests = self._rest.ticks(measured_deg)
         error = self.planned_deg - measured_deg
-        if self.speed_deg_s == 0.0 and self.planned_deg == self.goal_deg:
-            return self._settle(error, rests)
+        there = self.goal_deg - self.planned_deg
+        if there * self.speed_deg_s >= 0 and (self.goal_deg - measured_deg) * there <= 0:
+            self.planned_deg, self.speed_deg_s = self.goal_deg, 0.0  # ahead of its plan: brake now
+            return self._settle(self.goal_deg - measured_deg, rests)
+        if rests >= REST_TICKS and error * self.speed_deg_s > 0:
+            return self._kick(error)
+        self._kick_v = 0.0
         self.integral_v += self.tuning.ki_v_per_deg_s * error * TICK_S
         acceleration = (self.speed_deg_s - before) / TICK_S
         return tracking_volts(self.tuning, self.speed_deg_s, acceleration, error, self.integral_v)
@@ -200,14 +205,15 @@ class Profile:
     def _settle(self, error, rests):
         if abs(error) <= self.tuning.arrived_deg:
             self.done = rests >= REST_TICKS
-            self._push_v = 0.0
-            return 0.0
-        if rests == 0 or (self._push_v == 0.0 and rests < REST_TICKS):
-            self._push_v = 0.0
-            return 0.0
-        self._push_v += NUDGE_V
-        way = 1.0 if error > 0 else -1.0
-        return way * (self.tuning.starts_at_v[int(error < 0)] + self._push_v)
+        elif rests >= REST_TICKS:
+            return self._kick(error)
+        self._kick_v = 0.0
+        return 0.0
+
+    def _kick(self, error):
+        """The voltage for a motor that is stuck: what starts it, and more with every tick."""
+        self._kick_v += KICK_V
+        return (1.0 if error > 0 else -1.0) * (self.tuning.starts_at_v[int(error < 0)] + self._kick_v)
 
 
 class _Rest:

@@ -247,7 +247,7 @@ def _parse(folder, facts):
     )
 
 
-SHIPPED_ARM = {"l1_mm": 250, "l2_mm": 200, "depth_mm": 1000, "theta1_deg": [-180, 180], "theta2_deg": [-150, 150]}
+SHIPPED_ARM = {"l1_mm": 250, "l2_mm": 200, "depth_mm": 1000, "theta1_deg": [-180, 180], "theta2_deg": [-160, 160]}
 
 
 def _parse_arm(facts, where):

@@ -1,0 +1,317 @@
+"""``virtual://arm``: an arm without hardware, behind a serial port of pyserial.
+
+Its controller answers the same bytes as the firmware; its motors are those of ``motors.py``. Time passes
+while the host reads, so a move of a second is over in milliseconds; ``?realtime=1`` follows the clock.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass
+from urllib.parse import parse_qsl, urlsplit
+
+import numpy as np
+from serial.serialutil import PortNotOpenError, SerialBase, SerialException
+
+from stereo_lab.arm import protocol as wire
+from stereo_lab.arm.controller import BYTES_PER_TICK, Controller
+from stereo_lab.motors import Motor, advance, drag_link, encoder_count
+from stereo_lab.motion import TICK_S
+
+BENCH_MOTORS = (
+    Motor(speed_per_volt=212.0, dead_band_v=(1.05, 1.45), time_constant_s=0.07),
+    Motor(speed_per_volt=183.0, dead_band_v=(1.3, 1.55), time_constant_s=0.045),
+)
+EQUAL_MOTORS = (Motor(dead_band_v=(1.2, 1.2), backlash_deg=0.0),) * 2
+SWITCHES_DEG = (-185.0, -165.0)  # where the home switches close
+END_STOPS_DEG = ((-192.0, 188.0), (-172.0, 168.0))
+OPTIONS = "realtime, seed, motors, noise, silent, unplugged, reset, stall, runaway"
+
+
+@dataclass
+class Faults:
+    """What can go wrong; change them while the arm is connected.
+
+    Attributes
+    ----------
+    noise : float, which part of the bytes is hit by one flipped bit, both ways
+    silent : bool, nothing comes back any more
+    unplugged : bool, the port is gone
+    stalled, reversed : set of 1 and 2, joints that something holds, joints whose encoder is reversed
+    """
+
+    noise: float = 0.0
+    silent: bool = False
+    unplugged: bool = False
+    stalled: frozenset = frozenset()
+    reversed: frozenset = frozenset()
+
+
+class Plant:
+    """Two motors, their encoders, links and home switches."""
+
+    def __init__(self, motors, faults):
+        self.motors, self.faults = motors, faults
+        self.positions = [180 / m.counts_per_turn for m in motors]  # in the middle of a count
+        self.speeds, self.volts, self.links = [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]
+
+    def set_duty(self, j, duty):
+        self.volts[j] = duty * self.motors[j].supply_v / 255
+
+    def counts(self, j):
+        count = encoder_count(self.motors[j], self.positions[j])
+        return -count if j + 1 in self.faults.reversed else count
+
+    def pressed(self, j):
+        return self.links[j] <= SWITCHES_DEG[j]
+
+    @property
+    def at_rest(self):
+        return self.speeds == [0.0, 0.0] and self.volts == [0.0, 0.0]
+
+    def tick(self):
+        for j, motor in enumerate(self.motors):
+            if self.speeds[j] == 0.0 and self.volts[j] == 0.0:
+                continue
+            if j + 1 in self.faults.stalled:
+                self.speeds[j] = 0.0
+                continue
+            position, speed = advance(motor, self.positions[j], self.speeds[j], self.volts[j], TICK_S)
+            low, high = END_STOPS_DEG[j]
+            if not low <= position <= high:
+                position, speed = min(max(position, low), high), 0.0
+            self.positions[j], self.speeds[j] = position, speed
+            self.links[j] = drag_link(self.links[j], position, motor.backlash_deg)
+
+
+class VirtualPort(SerialBase):
+    """A pyserial port with a simulated arm behind it.
+
+    Attributes
+    ----------
+    faults : Faults
+    link_deg : (float, float), where the links really are: what no encoder sees
+    """
+
+    def open(self):
+        """Power the arm up.
+
+        Raises
+        ------
+        SerialException
+            For a name that is not ``virtual://arm`` with options that are known.
+        """
+        if self._port is None:
+            raise SerialException("Port must be configured before it can be used.")
+        if self.is_open:
+            raise SerialException("Port is already open.")
+        options = self._options()
+        self._lock = threading.RLock()
+        self._rng = np.random.default_rng(options["seed"])
+        self.faults = Faults(noise=options["noise"], stalled=options["stall"], reversed=options["runaway"])
+        self._plant = Plant(_motors(options), self.faults)
+        self._controller = Controller(self._plant)
+        self._events = {name: options[name] for name in ("silent", "unplugged", "reset") if options[name] is not None}
+        self._realtime, self._start = options["realtime"], time.monotonic()
+        self._ticks, self._budget, self._out = 0, 0.0, bytearray()
+        self.is_open = True
+
+    def _options(self):
+        parts = urlsplit(self._port)
+        given = dict(parse_qsl(parts.query, keep_blank_values=True))
+        if parts.netloc != "arm" or parts.path not in ("", "/"):
+            raise SerialException(f"expected virtual://arm, got {self._port}")
+        options = {"realtime": False, "seed": 0, "motors": None, "noise": 0.0, "silent": None, "unplugged": None,
+                   "reset": None, "stall": frozenset(), "runaway": frozenset()}  # fmt: skip
+        for name, word in given.items():
+            if name not in options:
+                raise SerialException(f"virtual://arm has no option {name!r}; it has {OPTIONS}")
+            try:
+                options[name] = READ[name](word)
+            except (KeyError, ValueError):
+                raise SerialException(f"virtual://arm: {name}={word} cannot be understood") from None
+        if options["motors"] is None:
+            options["motors"] = "random" if "seed" in given else "bench"
+        return options
+
+    def close(self):
+        """Switch the arm off."""
+        self.is_open = False
+
+    # --- time ---------------------------------------------------------------------------------------------
+
+    def clock(self):
+        """Seconds on the arm's clock since it was opened."""
+        return self._ticks * TICK_S
+
+    def sleep(self, seconds):
+        """Let time pass on the arm's clock."""
+        with self._lock:
+            self._check()
+            self._run(round(seconds / TICK_S))
+
+    def _catch_up(self):
+        """With ``?realtime=1``: let the time pass that has passed."""
+        if self._realtime:
+            self._run(int((time.monotonic() - self._start) / TICK_S) - self._ticks)
+
+    def _run(self, ticks):
+        end = self._ticks + ticks
+        while self._ticks < end:
+            if self._idle():
+                self._skip(end)
+            else:
+                self._tick()
+        for name in [n for n, at in self._events.items() if self.clock() >= at]:
+            del self._events[name]
+            self.reset() if name == "reset" else setattr(self.faults, name, True)
+
+    def _idle(self):
+        c = self._controller
+        return self._plant.at_rest and not c.busy and not c.tx and not c.report_ms
+
+    def _skip(self, end):
+        """Nothing moves: jump to the end."""
+        for joint in self._controller.joints:
+            joint.still_ticks, joint.speed_deg_s = joint.still_ticks + end - self._ticks, 0.0
+        self._controller.time_ticks += end - self._ticks
+        self._ticks = end
+
+    def _tick(self):
+        self._ticks += 1
+        self._controller.tick()
+        self._plant.tick()
+        if self._controller.tx:
+            self._budget = min(self._budget + BYTES_PER_TICK, 64.0)
+            sent = bytes(self._controller.tx[: int(self._budget)])
+            del self._controller.tx[: len(sent)]
+            self._budget -= len(sent)
+            self._out += b"" if self.faults.silent else self._on_the_wire(sent)
+
+    def _on_the_wire(self, data):
+        """Bytes as they arrive on the other side."""
+        if self._baudrate != wire.BAUD_RATE:
+            return bytes(self._rng.integers(128, 256, len(data), dtype=np.uint8))
+        if self.faults.noise <= 0 or not data:
+            return data
+        hit = self._rng.random(len(data)) < self.faults.noise
+        flips = np.where(hit, 1 << self._rng.integers(0, 8, len(data)), 0).astype(np.uint8)
+        return (np.frombuffer(data, np.uint8) ^ flips).tobytes()
+
+    # --- what the port is asked -----------------------------------------------------------------------------
+
+    @property
+    def in_waiting(self):
+        with self._lock:
+            self._check()
+            self._catch_up()
+            return len(self._out)
+
+    def read(self, size=1):
+        """Up to ``size`` bytes; waits for them no longer than the time-out, on the arm's clock."""
+        deadline = None if self._timeout is None else self.clock() + self._timeout
+        while True:
+            with self._lock:
+                self._check()
+                self._catch_up()
+                if len(self._out) >= size or (deadline is not None and self.clock() >= deadline - 1e-9):
+                    data = bytes(self._out[:size])
+                    del self._out[:size]
+                    return data
+                if not self._realtime:
+                    self._run(1 if self._busy else max(1, round(((deadline or self.clock()) - self.clock()) / TICK_S)))
+                    continue
+            time.sleep(TICK_S)
+
+    @property
+    def _busy(self):
+        return not self._idle()
+
+    def write(self, data):
+        """Bytes to the arm."""
+        with self._lock:
+            self._check()
+            self._catch_up()
+            self._controller.feed(self._on_the_wire(bytes(data)))
+            return len(data)
+
+    def flush(self):
+        self._check()
+
+    def reset_input_buffer(self):
+        with self._lock:
+            self._check()
+            self._out.clear()
+
+    def reset_output_buffer(self):
+        self._check()
+
+    def _check(self):
+        if not self.is_open:
+            raise PortNotOpenError()
+        if self.faults.unplugged:
+            raise SerialException("the device is gone: virtual://arm was unplugged")
+
+    # --- what only a virtual arm can do ----------------------------------------------------------------------
+
+    @property
+    def link_deg(self):
+        return tuple(self._plant.links)
+
+    @property
+    def motors(self):
+        """The two motors: what calibration has to find out."""
+        return self._plant.motors
+
+    @property
+    def at_rest(self):
+        """Whether both motors stand still without voltage."""
+        return self._plant.at_rest
+
+    def reset(self):
+        """Restart the controller, as a dip of its supply does; the motors stop."""
+        self._plant.speeds = [0.0, 0.0]
+        self._controller.restart()
+
+    def _reconfigure_port(self):
+        pass
+
+    _update_break_state = _update_rts_state = _update_dtr_state = _reconfigure_port
+    cts = dsr = cd = property(lambda self: True)
+    ri = property(lambda self: False)
+
+
+def _motors(options):
+    if options["motors"] == "bench":
+        return BENCH_MOTORS
+    if options["motors"] == "equal":
+        return EQUAL_MOTORS
+    rng = np.random.default_rng(options["seed"])
+    return tuple(Motor.random(rng) for _ in range(2))
+
+
+def _motor_name(word):
+    return {"bench": "bench", "equal": "equal", "random": "random"}[word]
+
+
+def _part(word):
+    if not 0 <= float(word) < 1:
+        raise ValueError(word)
+    return float(word)
+
+
+def _seconds(word):
+    if not 0 <= float(word) < 1e6:
+        raise ValueError(word)
+    return float(word)
+
+
+def _joints(word):
+    return frozenset({"1": 1, "2": 2}[part] for part in word.split(","))
+
+
+READ = {
+    "realtime": lambda word: {"0": False, "1": True}[word], "seed": int, "motors": _motor_name, "noise": _part,
+    "silent": _seconds, "unplugged": _seconds, "reset": _seconds, "stall": _joints, "runaway": _joints,
+}  # fmt: skip
