@@ -119,7 +119,9 @@ def trapezoid_step(position_deg, speed_deg_s, goal_deg, cruise_deg_s, accelerati
     way = 1.0 if left >= 0 else -1.0
     change = acceleration_deg_s2 * seconds
     in_time = math.sqrt(change * change / 4 + 2 * acceleration_deg_s2 * abs(left)) - change / 2
-    speed = max(min(speed_deg_s * way + change, cruise_deg_s, in_time), speed_deg_s * way - change)
+    faster, slower = speed_deg_s * way + change, speed_deg_s * way - change
+    speed = in_time if in_time < cruise_deg_s else cruise_deg_s
+    speed = faster if speed > faster else slower if speed < slower else speed
     if abs(left) <= abs(speed) * seconds and abs(speed) <= 2 * change:
         return goal_deg, 0.0
     return position_deg + way * speed * seconds, way * speed

@@ -59,7 +59,8 @@ def advance(motor, position_deg, speed_deg_s, volts, seconds):
     -------
     position_deg, speed_deg_s : float
     """
-    volts = max(-motor.supply_v, min(motor.supply_v, volts))
+    if abs(volts) > motor.supply_v:
+        volts = math.copysign(motor.supply_v, volts)
     if speed_deg_s == 0.0:
         dead_band = motor.dead_band_v[int(volts < 0)]
         if abs(volts) <= STICTION * dead_band:
@@ -81,8 +82,10 @@ def advance(motor, position_deg, speed_deg_s, volts, seconds):
 
 def drag_link(link_deg, motor_deg, backlash_deg):
     """Where the link is, when the motor has the play of ``backlash_deg`` before it takes the link along."""
-    half = backlash_deg / 2
-    return max(motor_deg - half, min(motor_deg + half, link_deg))
+    half, ahead = backlash_deg / 2, motor_deg - link_deg
+    if ahead > half:
+        return motor_deg - half
+    return motor_deg + half if ahead < -half else link_deg
 
 
 def encoder_count(motor, position_deg):

@@ -13,10 +13,12 @@ from stereo_lab.motion import REST_TICKS, TICK_S, Profile, SlowDownRule, Tuning
 
 IDLE, MOVE, PUSH, SEEK, BACK, CREEP, REST = range(7)
 HOMING = (SEEK, BACK, CREEP, REST)
-RUNAWAY_DEG = 1.0  # a joint that turns so far against its voltage has its encoder or motor reversed
+RUNAWAY_DEG = 0.6  # a joint that turns so far against its voltage has its encoder or motor reversed
+FASTER_DEG_S = 10.0
 FOLLOW_DEG = 20.0  # a joint so far behind its plan is stalled
 STALL_TICKS = 250  # by the rule: half a second of voltage without a count is a stall
-STALL_V = 1.5  # along a profile: so much more than it needs to start, without a count, is one
+STUCK_TICKS = 50
+STALL_V = 1.5  # along a profile: so much more than it needs to start, for 50 ticks without a count
 SEEK_DEG, SEEK_DEG_S, BACK_DEG, CREEP_DEG_S = 400.0, 60.0, 8.0, 10.0
 BACK_TRIES = 6
 TX_BYTES = 128  # what the controller can keep for sending
@@ -36,13 +38,15 @@ class Joint:
         self.mode, self.rule, self.duty = IDLE, None, 0
         self.zero_count, self.zero_deg, self.homed = 0, 0.0, False
         self.position_deg = self.speed_deg_s = 0.0
-        self.against_deg, self.still_ticks, self.push_ticks, self.tries = 0.0, 0, 0, 0
+        self.against_deg = self.against_from_deg_s = 0.0
+        self.still_ticks, self.push_ticks, self.tries = 0, 0, 0
         self.retune()
 
     def retune(self):
         p = self.parameters
         self.tuning = Tuning(p["k"], p["tau"] / 1000, (p["db+"], p["db-"]), (p["st+"], p["st-"]), p["counts"])
         self.degree = 360 / p["counts"]
+        self.stall_v = max(p["st+"], p["st-"]) + STALL_V
 
     def look(self, count):
         """Take in what the encoder says."""
@@ -50,11 +54,21 @@ class Joint:
         turned = position - self.position_deg
         self.position_deg = position
         self.speed_deg_s += 0.1 * (turned / TICK_S - self.speed_deg_s)
-        self.still_ticks = self.still_ticks + 1 if turned == 0 else 0
+        if turned == 0:
+            self.still_ticks += 1
+            return
+        self.still_ticks = 0
         if turned * self.duty < 0:
+            if self.against_deg == 0.0:
+                self.against_from_deg_s = abs(self.speed_deg_s)
             self.against_deg += abs(turned)
-        elif turned * self.duty > 0:
+        elif self.duty:
             self.against_deg = 0.0
+
+    @property
+    def runs_away(self):
+        """Whether it turns against its voltage, and faster and faster: not just being braked."""
+        return self.against_deg > RUNAWAY_DEG and abs(self.speed_deg_s) > self.against_from_deg_s + FASTER_DEG_S
 
     def stand_at(self, count, angle_deg):
         """Call the place of a count so many degrees."""
@@ -210,7 +224,9 @@ class Controller:
         times = [_duration(joint, goal) for joint, goal in moving]
         for (joint, goal), time in zip(moving, times, strict=True):
             share = pace * (1.0 if time == 0 else time / max(times))  # the slower joint sets the pace
-            cruise, acceleration = joint.parameters["cruise"] * share, joint.parameters["acc"] * share**2
+            cruise, acceleration = joint.parameters["cruise"] * share, joint.parameters["acc"]
+            if joint.mode != MOVE:
+                acceleration *= share**2  # a joint that moves already needs all of it, to brake in time
             if self.by_rule:
                 joint.rule = SlowDownRule(
                     joint.tuning, joint.position_deg, goal, joint.parameters["zone"], joint.parameters["cruise"] * pace
@@ -311,7 +327,7 @@ class Controller:
             joint.look(self.plant.counts(j))
             if joint.mode != IDLE:
                 self._control(j, joint)
-        if self.watchdog_ms and self.busy and self._ms_since(self.heard_ticks) > self.watchdog_ms:
+        if self.watchdog_ms and self._ms_since(self.heard_ticks) > self.watchdog_ms and self.busy:
             self._halt(fault="w")
             self.enabled = False
             self._say("!watchdog")
@@ -329,7 +345,7 @@ class Controller:
         return (self.time_ticks - ticks) * TICK_S * 1000
 
     def _control(self, j, joint):
-        if joint.against_deg > RUNAWAY_DEG:
+        if joint.runs_away:
             self._halt(latch=True, fault=f"r{j + 1}")
             self._event("runaway", j)
         elif joint.mode == MOVE:
@@ -352,7 +368,7 @@ class Controller:
         if self.by_rule and joint.mode == MOVE:
             return joint.still_ticks > STALL_TICKS and volts != 0
         behind = abs(joint.rule.planned_deg - joint.position_deg) > FOLLOW_DEG
-        return behind or (joint.still_ticks > 0 and abs(volts) > max(joint.tuning.starts_at_v) + STALL_V)
+        return behind or (joint.still_ticks > STUCK_TICKS and abs(volts) > joint.stall_v)
 
     def _stall(self, j):
         self._halt(fault=f"s{j + 1}")
@@ -420,8 +436,8 @@ class Controller:
             self.fault = fault
 
     def _set_volts(self, j, volts):
-        duty = volts * 255 / self.joints[j].parameters["supply"]
-        self._set_duty(j, max(-255, min(255, math.floor(duty + 0.5))))
+        duty = round(volts * 255 / self.joints[j].parameters["supply"])
+        self._set_duty(j, 255 if duty > 255 else -255 if duty < -255 else duty)
 
     def _set_duty(self, j, duty):
         self.joints[j].duty = duty

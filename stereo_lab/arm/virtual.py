@@ -71,18 +71,20 @@ class Plant:
         return self.speeds == [0.0, 0.0] and self.volts == [0.0, 0.0]
 
     def tick(self):
-        for j, motor in enumerate(self.motors):
-            if self.speeds[j] == 0.0 and self.volts[j] == 0.0:
-                continue
-            if j + 1 in self.faults.stalled:
-                self.speeds[j] = 0.0
-                continue
-            position, speed = advance(motor, self.positions[j], self.speeds[j], self.volts[j], TICK_S)
-            low, high = END_STOPS_DEG[j]
-            if not low <= position <= high:
-                position, speed = min(max(position, low), high), 0.0
-            self.positions[j], self.speeds[j] = position, speed
-            self.links[j] = drag_link(self.links[j], position, motor.backlash_deg)
+        for j in (0, 1):
+            if self.speeds[j] != 0.0 or self.volts[j] != 0.0:
+                self._turn(j, self.motors[j])
+
+    def _turn(self, j, motor):
+        if self.faults.stalled and j + 1 in self.faults.stalled:
+            self.speeds[j] = 0.0
+            return
+        position, speed = advance(motor, self.positions[j], self.speeds[j], self.volts[j], TICK_S)
+        low, high = END_STOPS_DEG[j]
+        if not low <= position <= high:
+            position, speed = min(max(position, low), high), 0.0
+        self.positions[j], self.speeds[j] = position, speed
+        self.links[j] = drag_link(self.links[j], position, motor.backlash_deg)
 
 
 class VirtualPort(SerialBase):
@@ -156,9 +158,10 @@ class VirtualPort(SerialBase):
         if self._realtime:
             self._run(int((time.monotonic() - self._start) / TICK_S) - self._ticks)
 
-    def _run(self, ticks):
+    def _run(self, ticks, until_bytes=None):
+        """Let ticks pass, or fewer if so many bytes have arrived before."""
         end = self._ticks + ticks
-        while self._ticks < end:
+        while self._ticks < end and (until_bytes is None or len(self._out) < until_bytes):
             if self._idle():
                 self._skip(end)
             else:
@@ -220,13 +223,10 @@ class VirtualPort(SerialBase):
                     del self._out[:size]
                     return data
                 if not self._realtime:
-                    self._run(1 if self._busy else max(1, round(((deadline or self.clock()) - self.clock()) / TICK_S)))
+                    left = 10 * TICK_S if deadline is None else deadline - self.clock()
+                    self._run(max(1, round(left / TICK_S)), until_bytes=size)
                     continue
             time.sleep(TICK_S)
-
-    @property
-    def _busy(self):
-        return not self._idle()
 
     def write(self, data):
         """Bytes to the arm."""
@@ -258,6 +258,11 @@ class VirtualPort(SerialBase):
     @property
     def link_deg(self):
         return tuple(self._plant.links)
+
+    @property
+    def motor_deg(self):
+        """Where the motors really are; the links lag by their backlash."""
+        return tuple(self._plant.positions)
 
     @property
     def motors(self):
