@@ -4,7 +4,6 @@ import serial
 
 import stereo_lab.arm  # noqa: F401  (makes virtual:// known to pyserial)
 
-
 BACK_ENDS = ("virtual",)
 
 

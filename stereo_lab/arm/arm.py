@@ -21,10 +21,13 @@ if "stereo_lab.arm" not in serial.protocol_handler_packages:
 ANSWER_S = 0.3  # a command that is not answered so long is sent again
 GIVE_UP_S = 0.9  # and after so long it has failed
 BOOT_S = 2.5  # a board on USB restarts when its port is opened
+MOST_TRIES = 10  # where noise is heard it is sent again at once, but not for ever
 LOOK_S = 0.02  # how long one look at the port lasts
+ROUNDING_S = 1e-6
 ASK_S = 0.1  # how often a moving arm is asked how it is; this also feeds its watchdog
 GENTLY_PERCENT = 30  # of the usual speed, for the last bit
 ONE_SIDE_DEG = 3.0  # more than the backlash of a worn gear
+ROOM_DEG = 30.0  # a calibration that starts so near the middle has room enough
 FAULTS = {
     "s": "is stalled: it gets voltage and does not turn. Is something in its way, or its supply off?",
     "r": "ran the wrong way and was stopped: swap the two wires of its motor, or the two of its encoder.",
@@ -179,8 +182,9 @@ class Arm:
     def stop(self):
         """Stop both motors at once. A move that is waited for elsewhere ends with an ArmError."""
         self._asked_to_stop = True
-        give_up = self._clock() + GIVE_UP_S
-        while self._clock() < give_up:
+        give_up, tries = self._clock() + GIVE_UP_S, 0
+        while self._clock() < give_up and tries < 2 * MOST_TRIES:
+            tries += 1
             self._write(b"\n" + wire.STOP + b"\n")
             status = self._status_once(0.1)
             if status is not None and status.state == "stop":
@@ -203,8 +207,9 @@ class Arm:
         -------
         stereo_lab.arm.protocol.Status
         """
-        give_up = self._clock() + GIVE_UP_S
-        while self._clock() < give_up:
+        give_up, tries = self._clock() + GIVE_UP_S, 0
+        while self._clock() < give_up and tries < MOST_TRIES:
+            tries += 1
             status = self._status_once(ANSWER_S)
             if status is not None:
                 return status
@@ -271,10 +276,16 @@ class Arm:
     def calibrate(self, joint):
         """Measure a motor by pushing it to and fro, some tens of degrees, and tell the controller.
 
+        A joint that stands far from the middle of its range is driven there first.
+
         Returns
         -------
         MotorCalibration
         """
+        self._switch_on()
+        middle = sum(self.limits_deg[joint - 1]) / 2
+        if abs(self.status().position_deg[joint - 1] - middle) > ROOM_DEG:
+            self._move(f"MV {joint} {middle:.3f}")
         found = calibrate_motor(lambda volts, seconds: self.push(joint, volts, seconds), self.supply_v)
         self.use(joint, found)
         return found
@@ -383,8 +394,9 @@ class Arm:
         """Send until it is answered: again after 0.3 s, and at once where noise was heard."""
         line = wire.encode_command(text, number)
         self._trouble = {"heard": 0, "garbled": 0, "other": 0}
-        give_up = self._clock() + give_up_s
-        while self._clock() < give_up:
+        give_up, tries = self._clock() + give_up_s, 0
+        while self._clock() < give_up and tries < MOST_TRIES:
+            tries += 1
             self._write(line)
             reply = self._await_reply(number, min(self._clock() + ANSWER_S, give_up))
             if reply is None or (reply.code in (wire.CHECKSUM, wire.TOO_LONG, wire.OVERRUN) and number != reply.number):
@@ -403,16 +415,16 @@ class Arm:
                 if reply.number == number or (reply.number is None and reply.code):
                     return reply
                 self._trouble["other"] += 1
-            if self._trouble["garbled"] > garbled or self._clock() >= until:
+            if self._trouble["garbled"] > garbled or self._clock() >= until - ROUNDING_S:
                 return None
             self._listen(min(LOOK_S, until - self._clock()), once=True)
 
     def _status_once(self, seconds):
         self._status = None
+        self._trouble = {"heard": 0, "garbled": 0, "other": 0}
         until = self._clock() + seconds
-        garbled = self._trouble["garbled"]
         self._write(b"\n" + wire.ASK + b"\n")
-        while self._status is None and self._clock() < until and self._trouble["garbled"] == garbled:
+        while self._status is None and self._clock() < until - ROUNDING_S and not self._trouble["garbled"]:
             self._listen(min(LOOK_S, until - self._clock()), once=True)
         return self._status
 
@@ -426,7 +438,7 @@ class Arm:
             except (serial.SerialException, OSError, TypeError) as error:
                 raise self._gone(error) from None
             self._take(data)
-            if self._clock() >= until - 1e-9 or (once and data):
+            if self._clock() >= until - ROUNDING_S or (once and data):
                 return
 
     def _take(self, data):
@@ -472,9 +484,13 @@ class Arm:
     def _no_answer(self, what):
         seen = self._trouble
         if self._restarted:
-            return ArmError(f"The controller on {self.name} restarted; its position is lost. Connect and home it again.")
+            return ArmError(
+                f"The controller on {self.name} restarted; its position is lost. Connect and home it again."
+            )
         if seen["other"]:
-            return ArmError(f"{self.name} answers other commands than {what}. Unplug the arm, plug it in, connect anew.")
+            return ArmError(
+                f"{self.name} answers other commands than {what}. Unplug the arm, plug it in, connect anew."
+            )
         if seen["heard"]:
             return ArmError(
                 f"{self.name} sends {seen['heard']} bytes that make no sense after {what}: noise on the cable, another "

@@ -80,7 +80,13 @@ class Joint:
         if from_plan is None:
             return Profile(self.tuning, self.position_deg, goal_deg, cruise, acceleration)
         return Profile(
-            self.tuning, from_plan.planned_deg, goal_deg, cruise, acceleration, from_plan.speed_deg_s, from_plan.integral_v
+            self.tuning,
+            from_plan.planned_deg,
+            goal_deg,
+            cruise,
+            acceleration,
+            from_plan.speed_deg_s,
+            from_plan.integral_v,
         )
 
     @property

@@ -16,8 +16,8 @@ from serial.serialutil import PortNotOpenError, SerialBase, SerialException
 
 from stereo_lab.arm import protocol as wire
 from stereo_lab.arm.controller import BYTES_PER_TICK, Controller
-from stereo_lab.motors import Motor, advance, drag_link, encoder_count
 from stereo_lab.motion import TICK_S
+from stereo_lab.motors import Motor, advance, drag_link, encoder_count
 
 BENCH_MOTORS = (
     Motor(speed_per_volt=212.0, dead_band_v=(1.05, 1.45), time_constant_s=0.07),
@@ -213,7 +213,7 @@ class VirtualPort(SerialBase):
 
     def read(self, size=1):
         """Up to ``size`` bytes; waits for them no longer than the time-out, on the arm's clock."""
-        deadline = None if self._timeout is None else self.clock() + self._timeout
+        deadline = None if self._timeout is None else self.clock() + (self._timeout and max(self._timeout, TICK_S))
         while True:
             with self._lock:
                 self._check()

@@ -1,0 +1,434 @@
+"""The client of the arm: what it does, and what it says when something is wrong. Every fault of the wire once."""
+
+import os
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+from stereo_lab.arm import arm as client
+from stereo_lab.arm import connect, ports
+from stereo_lab.arm import protocol as wire
+from stereo_lab.errors import ArmError, StereoLabError, UnreachableTargetError
+from stereo_lab.kinematics import JointAngles
+
+
+class ScriptedPort:
+    """A port that answers each line by a function: ``answer(text) -> list of lines``; time passes as it is read."""
+
+    is_open, port, name = True, "scripted", None
+
+    def __init__(self, answer):
+        self.answer, self.sent, self.out, self.time, self.timeout = answer, [], b"", 0.0, 0.02
+
+    def clock(self):
+        return self.time
+
+    @property
+    def in_waiting(self):
+        return len(self.out)
+
+    def write(self, data):
+        for line in data.decode().split("\n"):
+            if line:
+                text = wire.unseal(line)[0]
+                self.sent.append(text)
+                for answer in self.answer(text):
+                    self.out += answer if isinstance(answer, bytes) else (wire.seal(answer) + "\r\n").encode()
+
+    def read(self, size):
+        if not self.out:
+            self.time += max(self.timeout, 0.001)
+        data, self.out = self.out[:size], self.out[size:]
+        self.time += len(data) / 11520
+        return data
+
+    def close(self):
+        self.is_open = False
+
+
+def polite(text):
+    """What an idle arm answers."""
+    if text == "?":
+        return ["<idle t=1 h=3 f=- p=0.00,0.00 v=0,0 lost=0 drop=0>"]
+    head = "ok " + (text.split()[0] if text.startswith("N") else "")
+    data = {"ID": wire.IDENTITY, "lo": "-180", "hi": "180", "supply": "6"}.get(text.split()[-1], "")
+    return [f"{head} {data}".strip().replace("  ", " ")]
+
+
+@pytest.fixture
+def arm():
+    with connect("virtual://arm") as arm:
+        yield arm
+
+
+# --- what it does --------------------------------------------------------------------------------------------
+
+
+def test_connecting_moves_nothing(arm):
+    arm.port.sleep(3)
+    assert arm.status().state == "off" and arm.angles() == JointAngles(0, 0)
+    assert arm.port.link_deg == (0.0, 0.0)
+
+
+def test_move_to_returns_what_was_reached(arm):
+    reached = arm.move_to(JointAngles(30.1, 45.1))
+    assert (reached.theta1_deg, reached.theta2_deg) == pytest.approx((30.1, 45.1), abs=0.15)
+    assert reached == arm.angles() and reached != JointAngles(30.1, 45.1)  # counts, not wishes
+
+
+def test_after_homing_the_links_are_where_the_encoders_say(arm):
+    arm.home()
+    assert arm.homed
+    arm.move_to(JointAngles(-50.0, 100.0), one_side=True)
+    assert arm.port.link_deg == pytest.approx((-50, 100), abs=0.4)
+
+
+def test_from_one_side_backlash_does_not_count():
+    """Approached from below and from above: plain moves part by the backlash, one-sided ones do not."""
+    for seed in range(3):
+        with connect(f"virtual://arm?seed={seed}") as arm:
+            arm.home()
+            for joint in (1, 2):
+                arm.calibrate(joint)
+            gaps = {}
+            for one_side in (False, True):
+                places = []
+                for start in (-60, 60):
+                    arm.move_to(JointAngles(start, start))
+                    arm.move_to(JointAngles(10.0, 20.0), one_side=one_side)
+                    places.append(arm.port.link_deg)
+                gaps[one_side] = np.abs(np.subtract(*places)).max()
+            assert gaps[True] < 0.4 < 0.7 < gaps[False]
+
+
+def test_calibration_makes_moves_exact(arm):
+    arm.home()
+    arm.move_to(JointAngles(0, 0))
+    for joint, motor in ((1, arm.port.motors[0]), (2, arm.port.motors[1])):
+        found = arm.calibrate(joint)
+        assert found.speed_per_volt == pytest.approx(motor.speed_per_volt, rel=0.05)
+        assert arm.get(joint, "k") == pytest.approx(found.speed_per_volt, abs=0.001)
+        assert arm.get(joint, "st-") == pytest.approx(found.cw.starts_at_v, abs=0.001)
+
+
+def test_virtual_time_runs_many_times_faster_than_the_clock(arm):
+    start, clock = time.perf_counter(), arm.port.clock()
+    for angle in (120.0, -120.0) * 5:
+        arm.move_to(JointAngles(angle, -angle))
+    assert (arm.port.clock() - clock) > 5 * (time.perf_counter() - start)  # the bench measures 100 and more
+
+
+def test_realtime_follows_the_clock():
+    with connect("virtual://arm?realtime=1") as arm:
+        start = time.monotonic()
+        arm.move_to(JointAngles(30.0, 0.0))
+        assert time.monotonic() - start > 0.2
+        assert arm.port.clock() == pytest.approx(time.monotonic() - start, abs=0.5)
+
+
+def test_the_same_seed_is_the_same_arm():
+    places = []
+    for seed in (3, 3, 4):
+        with connect(f"virtual://arm?seed={seed}&noise=0.001") as arm:
+            arm.move_to(JointAngles(50.0, -70.0))
+            places.append((arm.port.motors, arm.port.link_deg, arm.port.clock()))
+    assert places[0] == places[1] != places[2]
+
+
+def test_leaving_stops_the_motors():
+    with pytest.raises(KeyError), connect("virtual://arm") as other:
+        other.enable()
+        other.command("MV 1 170")
+        other.port.sleep(0.3)
+        assert not other.port.at_rest
+        raise KeyError("anything")
+    assert not other.port.is_open and not other.port._controller.enabled
+    other.port._run(500)
+    assert other.port.at_rest
+
+
+def test_an_interrupted_wait_stops_the_motors(arm, monkeypatch):
+    listen, times = arm._listen, iter(range(1000))
+
+    def interrupted(*args, **kwargs):
+        if next(times) == 12:
+            raise KeyboardInterrupt
+        return listen(*args, **kwargs)
+
+    monkeypatch.setattr(arm, "_listen", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        arm.move_to(JointAngles(170.0, 0.0))
+    assert arm.status().state == "stop"
+    assert arm.move_to(JointAngles(0.0, 0.0))  # the next move is asked for: it switches the motors on again
+
+
+def test_stop_from_elsewhere_ends_a_move_with_a_sentence():
+    with connect("virtual://arm?realtime=1") as arm:
+        threading.Timer(0.4, lambda: arm.port.write(b"\n!\n")).start()
+        with pytest.raises(ArmError, match="stopped in mid-move"):
+            arm.move_to(JointAngles(170.0, 0.0))
+        with pytest.raises(ArmError, match=r"arm\.enable\(\)"):
+            arm.move_to(JointAngles(0.0, 0.0))
+        arm.enable()
+        arm.move_to(JointAngles(60.0, 0.0))
+
+
+def test_limits_can_be_those_of_a_recording(arm, second_rig):
+    arm.set_limits(second_rig.arm.limits_deg)
+    assert arm.limits_deg == second_rig.arm.limits_deg
+    with pytest.raises(UnreachableTargetError, match="-140 to 140"):
+        arm.move_to(JointAngles(0, 150))
+
+
+# --- refused before anything is sent -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("angles", "words"),
+    [
+        (JointAngles(181, 0), "Joint 1 turns from -180 to 180"), (JointAngles(0, -160.1), "Joint 2"),
+        (JointAngles(float("nan"), 0), "nan was asked"), (JointAngles(0, float("inf")), "inf was asked"),
+        (JointAngles("ten", 0), "number of degrees"), ((30, 45), "Expected JointAngles"), (None, "Expected JointAngles"),
+    ],
+)  # fmt: skip
+def test_bad_targets_are_refused_before_anything_is_sent(angles, words):
+    port = ScriptedPort(polite)
+    arm = connect(port)
+    arm.limits_deg = ((-180.0, 180.0), (-160.0, 160.0))
+    before = len(port.sent)
+    with pytest.raises(StereoLabError, match=words):
+        arm.move_to(angles)
+    assert len(port.sent) == before
+
+
+def test_a_push_beyond_the_supply_is_refused(arm):
+    with pytest.raises(UnreachableTargetError, match="6 V"):
+        arm.push(1, 7.0, 0.1)
+
+
+# --- faults --------------------------------------------------------------------------------------------------
+
+
+def test_unknown_port_is_named_with_what_there_is():
+    for name in ("/dev/ttyNOPE", "COM77", "nonsense://arm", "socket://127.0.0.1:1"):
+        with pytest.raises(ArmError) as caught:
+            connect(name)
+        assert name in str(caught.value) and "Traceback" not in str(caught.value)
+    assert ports()[0][0] == "virtual://arm"
+
+
+@pytest.mark.parametrize(
+    "url", ["virtual://leg", "virtual://arm?speed=3", "virtual://arm?noise=2", "virtual://arm?stall=3"]
+)
+def test_virtual_arm_names_options_it_does_not_know(url):
+    with pytest.raises(ArmError, match="virtual://arm"):
+        connect(url)
+
+
+@pytest.fixture
+def pty_pair():
+    pty = pytest.importorskip("pty", reason="no pseudo-terminals on this system")
+    import tty
+
+    master, slave = pty.openpty()
+    tty.setraw(slave)
+    yield master, os.ttyname(slave)
+    os.close(master)
+    os.close(slave)
+
+
+def test_port_in_use(pty_pair):
+    import serial
+
+    with serial.Serial(pty_pair[1], exclusive=True), pytest.raises(ArmError, match="in use"):
+        connect(pty_pair[1])
+
+
+def test_a_silent_port_raises_within_a_second(pty_pair):
+    start = time.monotonic()
+    with pytest.raises(ArmError, match="does not answer"):
+        connect(pty_pair[1])
+    assert time.monotonic() - start < 1.5  # a second, and what a busy machine adds
+
+
+def test_wrong_baud_rate_is_guessed():
+    with pytest.raises(ArmError, match="wrong baud rate"):
+        connect("virtual://arm", baud_rate=9600)
+
+
+def test_something_else_at_the_port():
+    def printer(text):
+        return [f"ok {text.split()[0] if text.startswith('N') else ''} Marlin 2.1".replace("ok  ", "ok ")]
+
+    with pytest.raises(ArmError, match="Something else"):
+        connect(ScriptedPort(printer))
+
+
+@pytest.mark.parametrize(
+    ("answers", "words"),
+    [
+        ([], "does not answer"), ([b"ok N"], "make no sense"), ([bytes(range(128, 256)) * 3], "make no sense"),
+        (["ok N4321 lots"], "other commands"), ([b"\xff\xfe\n\x00\n"], "make no sense"),
+    ],
+    ids=["silent", "half a line", "binary", "other number", "short noise"],
+)  # fmt: skip
+def test_garbled_answers_raise_within_a_second(answers, words):
+    port = ScriptedPort(polite)
+    arm = connect(port)
+    port.answer = lambda text: answers
+    start = port.time
+    with pytest.raises(ArmError, match=words) as caught:
+        arm.get(1, "k")
+    assert port.time - start <= 1.0
+    assert "scripted" in str(caught.value)
+
+
+def test_a_lost_reply_is_asked_for_again_with_the_same_number():
+    port = ScriptedPort(polite)
+    arm = connect(port)
+    deaf = iter([True, True, False])
+    port.answer = lambda text: [] if next(deaf) else polite(text)
+    port.sent.clear()
+    arm.command("SET 1 k 200")
+    assert len(port.sent) == 3 and len(set(port.sent)) == 1
+
+
+def test_an_error_reply_is_told_in_words(arm):
+    with pytest.raises(ArmError, match="there is no such command"):
+        arm.command("JUMP")
+    with pytest.raises(ArmError, match="motors are off"):
+        arm.command("MV 1 10")
+    with pytest.raises(ArmError, match="beyond its limits"):
+        arm.set(1, "k", 1)
+
+
+def test_a_reset_in_mid_move_is_told():
+    with connect("virtual://arm?reset=0.6") as arm, pytest.raises(ArmError, match="restarted"):
+        arm.move_to(JointAngles(170.0, 0.0))
+
+
+def test_unplugged_in_mid_move_is_told_and_leaving_does_not_raise():
+    with connect("virtual://arm?unplugged=0.5") as arm:
+        with pytest.raises(ArmError, match="is gone.*Plug the arm in again"):
+            arm.move_to(JointAngles(170.0, 0.0))
+    assert not arm.port.is_open
+
+
+def test_an_arm_that_falls_silent_in_mid_move_raises_within_a_second_and_stops_by_itself():
+    arm = connect("virtual://arm?silent=0.4")
+    with pytest.raises(ArmError, match="does not answer"):
+        arm.move_to(JointAngles(170.0, 0.0))
+    assert arm.port.clock() < 1.6
+    arm.port.sleep(1.5)
+    assert arm.port.at_rest
+
+
+def test_a_reversed_encoder_is_stopped_within_five_degrees_and_named():
+    for seed in range(8):
+        arm = connect(f"virtual://arm?seed={seed}&runaway=2")
+        with pytest.raises(ArmError, match="Joint 2 .* wrong way.*swap the two wires"):
+            arm.move_to(JointAngles(0.0, 90.0))
+        arm.port.sleep(0.5)
+        assert abs(arm.port.motor_deg[1]) < 5
+        with pytest.raises(ArmError, match=r"arm\.enable\(\)"):
+            arm.move_to(JointAngles(0.0, 90.0))
+
+
+def test_a_stalled_motor_is_named():
+    arm = connect("virtual://arm?stall=1")
+    with pytest.raises(ArmError, match="Joint 1 .* stalled"):
+        arm.move_to(JointAngles(60.0, 20.0))
+    assert arm.port.clock() < 2 and arm.port._controller.joints[1].duty == 0
+
+
+def test_calibrating_what_does_not_turn_is_told():
+    arm = connect("virtual://arm?stall=1")
+    with pytest.raises(StereoLabError, match="does not turn"):
+        arm.calibrate(1)
+
+
+def test_the_watchdog_stops_the_motors_of_a_host_that_was_killed():
+    """A host process is killed in mid-move; the arm, which lives on in this process, stops within its time."""
+    pty = pytest.importorskip("pty", reason="no pseudo-terminals on this system")
+    import tty
+
+    from stereo_lab.arm.virtual import VirtualPort
+
+    master, slave = pty.openpty()
+    tty.setraw(slave)
+    os.set_blocking(master, False)
+    device = VirtualPort("virtual://arm?realtime=1", baudrate=wire.BAUD_RATE, timeout=0)
+    code = (
+        "from stereo_lab.arm import connect; from stereo_lab.kinematics import JointAngles\n"
+        f"arm = connect({os.ttyname(slave)!r}); print('moving', flush=True); arm.move_to(JointAngles(175.0, 0.0))"
+    )
+    host = subprocess.Popen([sys.executable, "-c", code], cwd=ROOT, stdout=subprocess.PIPE, text=True)
+    said, end = [], time.monotonic() + 60
+    threading.Thread(target=lambda: said.append(host.stdout.readline()), daemon=True).start()
+    killed_at = None
+    while time.monotonic() < end:
+        try:
+            device.write(os.read(master, 512))
+        except BlockingIOError:
+            pass
+        if out := device.read(512):
+            os.write(master, out)
+        if killed_at is None and device.motor_deg[0] > 10:
+            host.kill()
+            killed_at = device.clock()
+        if killed_at is not None and device.at_rest:
+            break
+        time.sleep(0.002)
+    host.wait()
+    assert killed_at is not None, "the host never moved the arm"
+    assert device.at_rest and device._controller.fault == "w"
+    assert device.clock() - killed_at < 1.5  # its watchdog has a second
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_noise_makes_nothing_silently_wrong_and_stops_nothing(seed):
+    """10,000 commands while 0.3 % of all bytes are hit by a flipped bit, both ways."""
+    arm = connect(f"virtual://arm?seed={seed}&noise=0.003")
+    arm.enable()
+    rng, wrong, failed = np.random.default_rng(seed), 0, 0
+    joints = arm.port._controller.joints
+    before = arm.port._controller.time_ticks
+    for k in range(10_000):
+        joint, value = int(rng.integers(1, 3)), round(float(rng.uniform(100, 300)), 3)
+        try:
+            if k % 4 == 3:
+                wrong += arm.get(joint, "k") != joints[joint - 1].parameters["k"]
+            else:
+                arm.set(joint, "k", value)
+                wrong += joints[joint - 1].parameters["k"] != value
+        except ArmError:
+            failed += 1
+        assert not arm.port._controller.stopped, "a stray stop"
+    assert wrong == 0 and failed == 0
+    assert arm.port._controller.time_ticks > before and arm.status().state == "idle"
+
+
+def test_moves_arrive_through_noise():
+    with connect("virtual://arm?seed=1&noise=0.003") as arm:
+        arm.home()
+        for k in range(30):
+            goal = JointAngles(-90.0 + 6 * k, 80.0 - 5 * k)
+            reached = arm.move_to(goal)
+            assert (reached.theta1_deg, reached.theta2_deg) == pytest.approx(
+                (goal.theta1_deg, goal.theta2_deg), abs=0.15
+            )
+
+
+def test_a_board_on_usb_gets_time_to_start(monkeypatch):
+    waits = []
+    monkeypatch.setattr(client, "_restarts_when_opened", lambda port: True)
+    port = ScriptedPort(lambda text: [])
+    with pytest.raises(ArmError):
+        connect(port)
+    waits.append(port.time)
+    assert 2.0 < waits[0] < 3.0
