@@ -313,9 +313,10 @@ def test_a_reset_in_mid_move_is_told():
 
 
 def test_unplugged_in_mid_move_is_told_and_leaving_does_not_raise():
-    with connect("virtual://arm?unplugged=0.5") as arm:
-        with pytest.raises(ArmError, match="is gone.*Plug the arm in again"):
-            arm.move_to(JointAngles(170.0, 0.0))
+    arm = connect("virtual://arm?unplugged=0.5")
+    with pytest.raises(ArmError, match="is gone.*Plug the arm in again"):
+        arm.move_to(JointAngles(170.0, 0.0))
+    arm.close()
     assert not arm.port.is_open
 
 
@@ -432,3 +433,36 @@ def test_a_board_on_usb_gets_time_to_start(monkeypatch):
         connect(port)
     waits.append(port.time)
     assert 2.0 < waits[0] < 3.0
+
+
+# --- the command line ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (["list"], 0, "virtual://arm"), (["virtual://arm"], 0, "off, joints at 0.00, 0.00"),
+        (["virtual://arm", "home"], 0, "homed"), (["virtual://arm", "move", "30", "-45.5"], 0, "reached 30.00, -45."),
+        (["virtual://arm", "calibrate"], 0, "joint 2 clockwise"),
+        (["virtual://arm", "monitor", "--seconds", "0.1"], 0, "0.0 s  off"),
+        (["virtual://arm", "move", "30"], 2, "two angles"), (["virtual://arm", "move", "30", "x"], 2, "finite number"),
+        (["virtual://arm", "move"], 2, "two angles"), (["virtual://arm", "home", "3"], 2, "two angles"),
+        (["virtual://arm", "move", "300", "0"], 2, "Nothing was sent"), (["/dev/ttyNOPE"], 2, "There is no port"),
+        (["virtual://arm?runaway=1", "move", "90", "0"], 2, "wrong way"),
+    ],
+)  # fmt: skip
+def test_arm_on_the_command_line(words, code, said, capsys):
+    from stereo_lab.cli import main
+
+    assert main(["arm", *words]) == code
+    out = capsys.readouterr()
+    assert said in (out.out if code == 0 else out.err) and "Traceback" not in out.err
+
+
+def test_arm_writes_its_numbers_as_json(capsys):
+    import json
+
+    from stereo_lab.cli import main
+
+    assert main(["arm", "virtual://arm", "move", "30", "45", "--json", "-"]) == 0
+    assert json.loads(capsys.readouterr().out)["angles_deg"] == pytest.approx([30, 45], abs=0.2)
