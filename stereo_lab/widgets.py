@@ -13,6 +13,7 @@ import numpy as np
 from stereo_lab.depth import OffsetDepth, PaperDepth
 from stereo_lab.detection import BallColor, check_image
 from stereo_lab.errors import StereoLabError
+from stereo_lab.motion import SlowDownRule, Tuning, calibrate_motor, drive, push_of
 
 # Okabe and Ito, as OpenCV counts: blue, green, red
 BLUE, ORANGE, VERMILION, BLACK, WHITE, GREY = (
@@ -206,6 +207,86 @@ def depth_samples(disparity_px_N, depth_mm_N):
         return view, "On the samples not chosen, " + "; ".join(said) + ". Solid blue: Eq. 4; dashed red: a/(d-d0)+c."
 
     return Panel("depth samples", controls, draw)
+
+
+def arm_reaches(arm):
+    """A target moved by sliders, and the arm that follows it.
+
+    Parameters
+    ----------
+    arm : TwoLinkArm
+    """
+    far = arm.reach_mm[1]
+    scale = 190 / far
+
+    def to_px(x, y):
+        return round(PANEL_WIDTH / 2 + x * scale), round(210 - y * scale)
+
+    def draw(x_mm, y_mm, elbow):
+        view = np.full((420, PANEL_WIDTH, 3), 255, np.uint8)
+        for radius in arm.reach_mm:
+            cv2.circle(view, to_px(0, 0), round(radius * scale), GREY, 2, cv2.LINE_AA)
+        cv2.circle(view, to_px(x_mm, y_mm), 10, ORANGE, -1, cv2.LINE_AA)
+        try:
+            pose = arm.inverse(x_mm, y_mm, elbow)
+        except StereoLabError as error:
+            return view, str(error)
+        joint = arm.l1_mm * np.cos(np.radians(pose.theta1_deg)), arm.l1_mm * np.sin(np.radians(pose.theta1_deg))
+        points = [to_px(0, 0), to_px(*joint), to_px(x_mm, y_mm)]
+        for start, end, color in zip(points[:-1], points[1:], (BLUE, VERMILION), strict=True):
+            cv2.line(view, start, end, color, 6, cv2.LINE_AA)
+        for point in points[:2]:
+            cv2.circle(view, point, 8, BLACK, -1, cv2.LINE_AA)
+        beyond = "" if arm.within_limits(pose) else ": beyond a limit of this arm"
+        return view, f"shoulder {pose.theta1_deg:.1f}, elbow {pose.theta2_deg:.1f} degrees{beyond}"
+
+    whole = int(far * 1.1)
+    elbow = ipywidgets.ToggleButtons(options=["down", "up"], description="elbow", style={"button_width": "110px"})
+    return Panel(
+        "arm follows a target",
+        {
+            "x_mm": _slider("x (mm)", 0.6 * far, -whole, whole, 5),
+            "y_mm": _slider("y (mm)", 0.3 * far, -whole, whole, 5),
+            "elbow": elbow,
+        },
+        draw,
+    )
+
+
+def stopping(motor, goal_deg=90.0):
+    """One motor driven by the slow-down rule: the slow zone and the speed by sliders.
+
+    Parameters
+    ----------
+    motor : stereo_lab.motors.Motor
+    """
+    tuning = Tuning.of(calibrate_motor(push_of(motor), motor.supply_v), motor.counts_per_turn)
+
+    def to_px(seconds, angle):
+        return round(70 + seconds / 1.6 * 860), round(380 - angle / (1.25 * goal_deg) * 350)
+
+    def draw(zone_deg, cruise_deg_s):
+        view = np.full((420, PANEL_WIDTH, 3), 255, np.uint8)
+        run = drive(motor, SlowDownRule(tuning, 0.0, goal_deg, zone_deg, cruise_deg_s))
+        if zone_deg:
+            cv2.rectangle(view, to_px(0, goal_deg), to_px(1.6, goal_deg - zone_deg), (205, 235, 250), -1)
+        cv2.line(view, to_px(0, goal_deg), to_px(1.6, goal_deg), BLACK, 1, cv2.LINE_AA)
+        line = np.array([to_px(t, p) for t, p in zip(run.time_s, run.position_deg, strict=True)])
+        cv2.polylines(view, [np.clip(line, -5000, 5000)], False, BLUE, 3, cv2.LINE_AA)
+        for k in range(0, 17, 4):
+            cv2.putText(view, f"{k / 10:.1f}", (to_px(k / 10, 0)[0] - 12, 402), cv2.FONT_HERSHEY_SIMPLEX, 0.5, BLACK, 1, cv2.LINE_AA)
+        cv2.putText(view, "time (s)", (450, 417), cv2.FONT_HERSHEY_SIMPLEX, 0.5, BLACK, 1, cv2.LINE_AA)
+        cv2.putText(view, f"goal {goal_deg:.0f} deg", (74, to_px(0, goal_deg)[1] - 8), cv2.FONT_HERSHEY_SIMPLEX, 0.55, BLACK, 1, cv2.LINE_AA)
+        return view, f"stops {run.rest_deg - goal_deg:+.1f} degrees from the goal, after {run.arrived_s:.2f} s"
+
+    return Panel(
+        "stopping a motor",
+        {
+            "zone_deg": _slider("slow zone (degrees)", 5, 0, 40),
+            "cruise_deg_s": _slider("speed (degrees/s)", 180, 30, 400, 10),
+        },
+        draw,
+    )
 
 
 # --- drawing -----------------------------------------------------------------------------------------------

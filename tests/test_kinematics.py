@@ -223,3 +223,10 @@ def test_an_independent_library_turns_the_turret_the_same_way(ikpy):
             [0, *np.radians([angles.turret_deg, angles.theta1_deg, angles.theta2_deg]), 0]
         )[:3, 3]
         assert np.allclose(theirs, arm.forward(angles), atol=1e-9)
+
+
+def test_a_numeric_library_says_nothing_when_a_point_is_out_of_reach(ikpy):
+    """What lesson 05 tells of ikpy."""
+    chain = ikpy(250.0, 200.0)
+    theirs = chain.inverse_kinematics([600, 0, 0])
+    assert np.linalg.norm(chain.forward_kinematics(theirs)[:3, 3] - [600, 0, 0]) > 100

@@ -6,6 +6,7 @@ import pytest
 
 from stereo_lab import widgets
 from stereo_lab.errors import StereoLabError
+from stereo_lab.motion import Motor
 
 DISPARITY = np.array([160.0, 103.0, 73.0, 60.0, 49.0, 42.0])
 DEPTH = np.array([520.0, 813.0, 1104.0, 1397.0, 1688.0, 1980.0])
@@ -22,6 +23,8 @@ def panels(bench, bench_calibration):
         widgets.epipolar_line(bench_calibration, left, right),
         widgets.ball_against_disparity(120.0, 690.0, 40.0),
         widgets.depth_samples(DISPARITY, DEPTH),
+        widgets.arm_reaches(bench.arm),
+        widgets.stopping(Motor()),
     ]
     assert np.array_equal(left, before)
     return made
@@ -76,3 +79,19 @@ def test_bad_arguments_are_named():
         widgets.depth_samples(DISPARITY, DEPTH[:3])
     with pytest.raises(StereoLabError, match="colour picture"):
         widgets.color_thresholds(np.zeros((4, 4)), "red")
+
+
+def test_a_target_out_of_reach_is_a_sentence(bench):
+    panel = widgets.arm_reaches(bench.arm)
+    assert "shoulder" in panel.text.value
+    panel.control("x_mm").value = panel.control("x_mm").max
+    assert "out of reach" in panel.text.value
+
+
+def test_a_wider_zone_stops_nearer_to_the_goal():
+    panel = widgets.stopping(Motor())
+    stops = []
+    for zone in (0, 5, 25):
+        panel.control("zone_deg").value = zone
+        stops.append(abs(float(panel.text.value.split()[1])))
+    assert stops[0] > stops[1] > stops[2]

@@ -228,7 +228,7 @@ class Arm:
             self.stop()
             self.disable()
         except (StereoLabError, serial.SerialException, OSError) as error:
-            log.warning("%s could not be told to stop (%s); its watchdog stops it.", self.name, error)
+            log.info("%s could not be told to stop (%s); its watchdog stops it.", self.name, error)
         finally:
             self.port.close()
 

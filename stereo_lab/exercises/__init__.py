@@ -12,7 +12,7 @@ from importlib import import_module
 from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises.blank import ____
 
-LESSONS = ("00", "01", "02", "03", "04")
+LESSONS = ("00", "01", "02", "03", "04", "05", "06")
 
 __all__ = ["LESSONS", "____", "questions"]
 
@@ -22,7 +22,7 @@ def questions(lesson, recording):
 
     Parameters
     ----------
-    lesson : str, "00" to "04"
+    lesson : str, "00" to "06"
     recording : Recording
 
     Returns

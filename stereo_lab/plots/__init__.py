@@ -9,3 +9,5 @@ from stereo_lab.plots.lesson01 import *  # noqa: F403
 from stereo_lab.plots.lesson02 import *  # noqa: F403
 from stereo_lab.plots.lesson03 import *  # noqa: F403
 from stereo_lab.plots.lesson04 import *  # noqa: F403
+from stereo_lab.plots.lesson05 import *  # noqa: F403
+from stereo_lab.plots.lesson06 import *  # noqa: F403

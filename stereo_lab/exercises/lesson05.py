@@ -1,0 +1,237 @@
+"""Questions of lesson 05: inverse kinematics of a two-link arm."""
+
+from __future__ import annotations
+
+import math
+
+from stereo_lab.exercises.answers import Function, Number, Wrong
+from stereo_lab.exercises.question import lesson
+
+DEGREE = math.pi / 180
+
+
+def questions(recording):
+    """Six questions; see :mod:`stereo_lab.exercises`."""
+    arm = recording.arm
+    l1, l2 = float(arm.l1_mm), float(arm.l2_mm)
+    poses = ((l1, l2, 0.0, 90.0), (l1, l2, 30.0, 45.0), (12.0, 9.0, -40.0, 100.0))
+    points = ((l1, l2, 0.6 * (l1 + l2), 0.2 * (l1 + l2)), (12.0, 9.0, 5.0, 15.0), (12.0, 9.0, -8.0, -10.0))
+    return lesson(
+        "05", _nearest(l1, l2), _forward(poses), _eq5(points), _eq6(points), _other_elbow(), _one_degree(l1 + l2)
+    )
+
+
+def _nearest(l1, l2):
+    right = abs(l1 - l2)
+    return dict(
+        asks="How near to the shoulder can the hand come, limits left out?",
+        answer=Number(
+            right, 0.5, "mm",
+            (
+                Wrong(0.0, "the hand could touch the shoulder only if both links were equally long."),
+                Wrong(l1 + l2, "that is the arm stretched out: the farthest, not the nearest."),
+                Wrong(l1, "that is where the elbow is. Now fold the forearm back."),
+                Wrong(-right, "a distance is not below zero."),
+            ),
+            f"{right:.0f} mm: the forearm lies folded along the upper arm.",
+        ),
+        hints=(
+            "Fold the arm like a pocket knife.",
+            "The forearm then points back along the upper arm, by its own length.",
+            "nearest_mm = abs(l1 - ____)",
+        ),
+        code="nearest_mm = abs(l1 - l2)",
+        reason="Folded, the second link takes its length off the first.",
+        reference=right,
+    )  # fmt: skip
+
+
+def _forward(poses):
+    return dict(
+        asks="Write forward kinematics: from the two angles to the place of the hand.",
+        answer=Function(
+            forward, poses, 0.01, "mm",
+            (
+                Wrong(
+                    lambda a, b, s, t: (a * math.cos(s * DEGREE) + b * math.cos(t * DEGREE),
+                                        a * math.sin(s * DEGREE) + b * math.sin(t * DEGREE)),
+                    "θ2 is counted from the upper arm, not from the x axis. The forearm points to θ1 + θ2.",
+                ),
+                Wrong(
+                    lambda a, b, s, t: (a * math.cos(s) + b * math.cos(s + t), a * math.sin(s) + b * math.sin(s + t)),
+                    "math.cos counts in radians. Turn the degrees into radians first.",
+                ),
+                Wrong(
+                    lambda a, b, s, t: (a * math.sin(s * DEGREE) + b * math.sin((s + t) * DEGREE),
+                                        a * math.cos(s * DEGREE) + b * math.cos((s + t) * DEGREE)),
+                    "x and y are swapped: at 0 degrees the arm points along x.",
+                ),
+                Wrong(
+                    lambda a, b, s, t: (a * math.cos(s * DEGREE), a * math.sin(s * DEGREE)),
+                    "that is the elbow. The forearm is still missing.",
+                ),
+            ),
+            "the elbow first, then the forearm on top of it.",
+        ),
+        hints=(
+            "Walk along the upper arm to the elbow, then along the forearm to the hand.",
+            "A walk of length L in the direction a moves you by L·cos a in x and L·sin a in y.",
+            "x = l1 * cos(a) + l2 * cos(____)",
+        ),
+        code=(
+            "def hand_mm(l1, l2, theta1_deg, theta2_deg):\n"
+            "    a, b = radians(theta1_deg), radians(theta1_deg + theta2_deg)\n"
+            "    return l1 * cos(a) + l2 * cos(b), l1 * sin(a) + l2 * sin(b)"
+        ),
+        reason="The elbow lies l1 in the direction θ1, the hand l2 farther in the direction θ1 + θ2.",
+        reference=forward,
+    )  # fmt: skip
+
+
+def _eq5(points):
+    return dict(
+        asks="Write Eq. 5: the angle of the elbow that brings the hand to (x, y).",
+        answer=Function(
+            elbow_deg, points, 0.01, "degrees",
+            (
+                Wrong(lambda a, b, x, y: elbow_deg(a, b, x, y) * DEGREE, "that is in radians. The arm counts in degrees."),
+                Wrong(
+                    lambda a, b, x, y: 180 - elbow_deg(a, b, x, y),
+                    "that is the inner angle of the triangle. θ2 is counted from the stretched arm: look at the sign.",
+                ),
+                Wrong(lambda a, b, x, y: _cosine(a, b, x, y), "that is cos θ2. Take its acos."),
+                Wrong(
+                    lambda a, b, x, y: math.degrees(math.acos(max(-1, min(1, _cosine(a, b, x, y) / 2)))),
+                    "only l1·l2 stands under the line once; Eq. 5 has 2·l1·l2 there.",
+                ),
+            ),
+            "the elbow depends on the distance of the point alone, not on its direction.",
+        ),
+        hints=(
+            "Eq. 5 stands above the cell.",
+            "acos gives radians; degrees() turns them into degrees.",
+            "return degrees(acos((x**2 + y**2 - l1**2 - ____) / (2 * l1 * l2)))",
+        ),
+        code=(
+            "def elbow_deg(l1, l2, x, y):\n"
+            "    return degrees(acos((x**2 + y**2 - l1**2 - l2**2) / (2 * l1 * l2)))"
+        ),
+        reason="The cosine rule in the triangle of shoulder, elbow and hand, with the outer angle at the elbow.",
+        reference=elbow_deg,
+    )  # fmt: skip
+
+
+def _eq6(points):
+    tries = tuple((*p, elbow_deg(*p)) for p in points)
+    return dict(
+        asks="Write Eq. 6: the angle of the shoulder, once the elbow is known.",
+        answer=Function(
+            shoulder_deg, tries, 0.01, "degrees",
+            (
+                Wrong(lambda *t: shoulder_deg(*t) * DEGREE, "that is in radians. The arm counts in degrees."),
+                Wrong(
+                    lambda a, b, x, y, t: math.degrees(math.atan2(y, x)) + _lead(a, b, t),
+                    "the forearm turns the hand on by the second angle, so the shoulder must hold back: minus.",
+                ),
+                Wrong(
+                    lambda a, b, x, y, t: math.degrees(math.atan2(x, y)) - _lead(a, b, t),
+                    "atan2 takes y first, then x.",
+                ),
+                Wrong(
+                    lambda a, b, x, y, t: math.degrees(math.atan(y / x)) - _lead(a, b, t),
+                    "right in front of the shoulder, but atan cannot tell left from right. Use atan2(y, x).",
+                ),
+                Wrong(
+                    lambda a, b, x, y, t: math.degrees(math.atan2(y, x)),
+                    "that is the direction of the point. The bent forearm needs the second term.",
+                ),
+            ),
+            "the direction of the point, minus what the bent elbow adds.",
+        ),
+        hints=(
+            "Eq. 6 has two parts: where the point is, and what the elbow adds.",
+            "atan2(y, x) is the direction of the point. sin and cos need radians.",
+            "return degrees(atan2(y, x) - atan2(l2 * sin(t), l1 + l2 * ____))   with t = radians(theta2_deg)",
+        ),
+        code=(
+            "def shoulder_deg(l1, l2, x, y, theta2_deg):\n"
+            "    t = radians(theta2_deg)\n"
+            "    return degrees(atan2(y, x) - atan2(l2 * sin(t), l1 + l2 * cos(t)))"
+        ),
+        reason="Seen from the shoulder, the hand stands atan2(l2·sin θ2, l1 + l2·cos θ2) ahead of the upper arm.",
+        reference=shoulder_deg,
+    )  # fmt: skip
+
+
+def _other_elbow():
+    return dict(
+        asks="One pose has its elbow at θ2 = 70°. What is θ2 in the other pose that reaches the same point?",
+        answer=Number(
+            -70.0, 0.01, "degrees",
+            (
+                Wrong(70.0, "that is the same elbow again."),
+                Wrong(110.0, "that is the inner angle of the triangle."),
+                Wrong(-110.0, "mirrored, yes; but θ2 is counted from the stretched arm, so it is 70° again, with a minus."),
+                Wrong(290.0, "that is the same direction as −70°, but the joint would have to turn there through 180°."),
+            ),
+            "mirrored at the line from the shoulder to the hand.",
+        ),
+        hints=(
+            "Look at the two arms in the figure: one is the mirror image of the other.",
+            "acos gives one angle; which other angle has the same cosine?",
+            "theta2_up_deg = -____",
+        ),
+        code="theta2_up_deg = -70",
+        reason="cos θ2 = cos(−θ2): Eq. 5 cannot tell the two apart.",
+        reference=-70.0,
+    )  # fmt: skip
+
+
+def _one_degree(reach):
+    right = reach * DEGREE
+    return dict(
+        asks="The arm is stretched out and its shoulder is off by 1°. By how many millimetres is the hand off?",
+        answer=Number(
+            right, 0.03 * right, "mm",
+            (
+                Wrong(reach, "that is a whole radian, 57 degrees."),
+                Wrong(1.0, "a degree is not a millimetre: it is worth more, the longer the arm."),
+                Wrong(2 * right, "once the reach times one degree in radians; you have it twice."),
+                Wrong(reach / 360, "a circle of radius r is 2·π·r long, not r."),
+            ),
+            f"{right:.1f} mm for a single degree.",
+        ),
+        hints=(
+            "The hand moves along a circle round the shoulder.",
+            "The whole circle is 2·π·r long and has 360 degrees.",
+            "off_mm = (l1 + l2) * radians(____)",
+        ),
+        code="off_mm = (l1 + l2) * radians(1)",
+        reason="An arc is its radius times its angle in radians.",
+        reference=right,
+    )  # fmt: skip
+
+
+def forward(l1, l2, theta1_deg, theta2_deg):
+    """The hand in mm."""
+    a, b = theta1_deg * DEGREE, (theta1_deg + theta2_deg) * DEGREE
+    return l1 * math.cos(a) + l2 * math.cos(b), l1 * math.sin(a) + l2 * math.sin(b)
+
+
+def elbow_deg(l1, l2, x, y):
+    """Eq. 5, degrees."""
+    return math.degrees(math.acos(max(-1.0, min(1.0, _cosine(l1, l2, x, y)))))
+
+
+def shoulder_deg(l1, l2, x, y, theta2_deg):
+    """Eq. 6, degrees."""
+    return math.degrees(math.atan2(y, x)) - _lead(l1, l2, theta2_deg)
+
+
+def _cosine(l1, l2, x, y):
+    return (x**2 + y**2 - l1**2 - l2**2) / (2 * l1 * l2)
+
+
+def _lead(l1, l2, theta2_deg):
+    t = theta2_deg * DEGREE
+    return math.degrees(math.atan2(l2 * math.sin(t), l1 + l2 * math.cos(t)))

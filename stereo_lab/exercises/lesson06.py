@@ -1,0 +1,188 @@
+"""Questions of lesson 06: motors, and how to stop them."""
+
+from __future__ import annotations
+
+from stereo_lab.exercises.answers import Choice, Function, Number, Wrong
+from stereo_lab.exercises.question import lesson
+from stereo_lab.motion import slow_down_volts
+
+CRUISE, COUNTS = 180.0, 1920.0
+
+
+def questions(recording):
+    """Six questions, the same for every recording; see :mod:`stereo_lab.exercises`."""
+    return lesson("06", _command(), _volts(), _runs_on(), _rule(), _edges(), _unplugged())
+
+
+def _command():
+    return dict(
+        asks="Which line turns joint 2 to −30°?",
+        answer=Choice(
+            "MV 2 -30",
+            (
+                Wrong("MV 1 -30", "that turns the shoulder. Joints are counted from 1; the elbow is 2."),
+                Wrong("MV -30 2", "the joint comes first, then the angle: this asks for joint −30."),
+                Wrong("MV 2 30", "that is 30 degrees counter-clockwise. Minus is clockwise."),
+                Wrong("MA 2 -30", "MA moves both joints: the shoulder to 2 degrees and the elbow to −30."),
+            ),
+            "joint, then angle.",
+        ),
+        hints=(
+            "MV moves one joint: MV joint degrees.",
+            "The elbow is joint 2. Clockwise is minus.",
+            'line = "MV 2 ____"',
+        ),
+        code='line = "MV 2 -30"',
+        reason="MV takes the joint and then the angle; PROTOCOL.md lists every command.",
+        reference="MV 2 -30",
+    )
+
+
+def _volts():
+    tries = ((200.0, 1.2, 180.0), (183.0, 1.55, 90.0), (212.0, 1.05, 300.0))
+    return dict(
+        asks="Write the voltage that turns a motor at a given speed.",
+        answer=Function(
+            volts_for, tries, 0.005, "V",
+            (
+                Wrong(lambda k, v0, w: w / k, "the dead band is missing: below it the motor does not turn at all."),
+                Wrong(lambda k, v0, w: w * k + v0, "k is degrees per second for each volt: divide the speed by it."),
+                Wrong(lambda k, v0, w: w / k - v0, "friction costs voltage: the dead band comes on top."),
+                Wrong(lambda k, v0, w: (w + v0) / k, "V0 is in volts already; only the speed is divided by k."),
+            ),
+            "the dead band first, then a volt for every k degrees per second.",
+        ),
+        hints=(
+            "Turn the line speed = k·(V − V0) round.",
+            "speed / k is in volts. Add what friction takes.",
+            "return v0 + speed / ____",
+        ),
+        code="def volts_for(k, v0, speed):\n    return v0 + speed / k",
+        reason="speed = k·(V − V0), solved for V.",
+        reference=volts_for,
+    )  # fmt: skip
+
+
+def _runs_on():
+    tries = ((0.06, 180.0), (0.03, 90.0), (0.1, 180.0))
+    return dict(
+        asks="Without friction: how far does a motor run on, when its voltage is taken away?",
+        answer=Function(
+            runs_on, tries, 0.01, "degrees",
+            (
+                Wrong(lambda t, w: 1000 * t * w, "the time constant is in seconds here, not in milliseconds."),
+                Wrong(lambda t, w: w / t, "a sluggish motor (large τ) runs on farther, not less far."),
+                Wrong(lambda t, w: t, "a fast motor runs on farther: the speed belongs into it."),
+                Wrong(lambda t, w: 0.5 * t * w, "it does not slow down evenly: fast at first, then ever slower. Twice that."),
+            ),
+            "seconds times degrees per second give degrees.",
+        ),
+        hints=(
+            "The speed dies out as exp(−t/τ). Its area is how far the motor turns.",
+            "Degrees come out when seconds are multiplied by degrees per second.",
+            "return tau * ____",
+        ),
+        code="def runs_on(tau, speed):\n    return tau * speed",
+        reason="The area under speed·exp(−t/τ) is τ·speed.",
+        reference=runs_on,
+    )  # fmt: skip
+
+
+def _rule():
+    tries = tuple((left, 5.0, 2.1, 1.4) for left in (40.0, 5.5, 4.5, 0.3, 0.0, -2.0))
+    return dict(
+        asks="Write the paper's rule: full speed, slow within the zone, brake at the goal.",
+        answer=Function(
+            slow_down_volts, tries, 1e-6, "V",
+            (
+                Wrong(
+                    lambda left, zone, fast, slow: 0.0 if left <= 0 else slow if left > zone else fast,
+                    "yours is slow far away and fast near the goal.",
+                ),
+                Wrong(
+                    lambda left, zone, fast, slow: fast if left > zone else slow,
+                    "yours never brakes: at the goal and past it the voltage must be 0.",
+                ),
+                Wrong(
+                    lambda left, zone, fast, slow: 0.0 if left <= zone else fast,
+                    "yours brakes where it should slow down, and never gets to the goal.",
+                ),
+                Wrong(
+                    lambda left, zone, fast, slow: 0.0 if left == 0 else fast if abs(left) > zone else slow,
+                    "past the goal (left below zero) yours drives on. Brake there too.",
+                ),
+            ),
+            "three cases, in this order.",
+        ),
+        hints=(
+            "Three cases: past the goal, in the zone, before it.",
+            "left_deg is what is still to go; it is below zero past the goal.",
+            "if left_deg <= 0: return 0 ... return fast_v if left_deg > ____ else slow_v",
+        ),
+        code=(
+            "def rule(left_deg, zone_deg, fast_v, slow_v):\n"
+            "    if left_deg <= 0:\n"
+            "        return 0\n"
+            "    return fast_v if left_deg > zone_deg else slow_v"
+        ),
+        reason="Past the goal brake; else slow within the zone, fast before it.",
+        reference=slow_down_volts,
+    )  # fmt: skip
+
+
+def _edges():
+    right = COUNTS * CRUISE / 360
+    return dict(
+        asks="The encoder has 1920 edges a turn, the joint makes 180° a second. How many edges a second?",
+        answer=Number(
+            right, 1.0, "",
+            (
+                Wrong(COUNTS * CRUISE, "180 degrees are half a turn, not 180 turns."),
+                Wrong(COUNTS, "1920 edges are a whole turn; in a second the joint makes half of one."),
+                Wrong(COUNTS / CRUISE, "that is edges for each degree, but of a turn of 180 degrees."),
+                Wrong(COUNTS / 360, "that is the edges of one degree; there are 180 of them in a second."),
+            ),
+            "960 a second: a host that looks 1,000 times a second can just follow, if no look gets lost.",
+        ),
+        hints=(
+            "How many turns does the joint make in a second?",
+            "180° of 360° is half a turn.",
+            "edges_per_s = 1920 * 180 / ____",
+        ),
+        code="edges_per_s = 1920 * 180 / 360",
+        reason="Half a turn a second, 1920 edges a turn.",
+        reference=right,
+    )  # fmt: skip
+
+
+def _unplugged():
+    return dict(
+        asks="The cable is pulled while the arm moves. What do the motors do?",
+        answer=Choice(
+            "they stop after a second",
+            (
+                Wrong("they stop at once", "nobody tells them: the controller only notices that nothing comes any more."),
+                Wrong("they go on for ever", "so they would, without a watchdog. This controller has one."),
+                Wrong("they go home", "a machine that has lost its host should not begin new moves."),
+            ),
+            "the watchdog: no word for a second, and the motors are off.",
+        ),
+        hints=(
+            "The controller does not feel the cable. It feels silence.",
+            "It waits for as long as its watchdog says: WD, a second by default.",
+            'unplugged = "they stop after a ____"',
+        ),
+        code='unplugged = "they stop after a second"',
+        reason="The watchdog switches the motors off when nothing has been heard for WD milliseconds.",
+        reference="they stop after a second",
+    )
+
+
+def volts_for(k, v0, speed):
+    """The voltage for a speed, V."""
+    return v0 + speed / k
+
+
+def runs_on(tau, speed):
+    """How far a motor without friction runs on, degrees."""
+    return tau * speed

@@ -1,0 +1,118 @@
+"""Figures of lesson 06: motors, and how they stop."""
+
+from __future__ import annotations
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION
+
+STYLES = ((BLUE, "-"), (VERMILION, "--"), (GREEN, "-."), (ORANGE, ":"))
+
+
+def motor_curves(volts, curves, title, ax=None):
+    """Speed against voltage.
+
+    Parameters
+    ----------
+    curves : list of (label, speeds in degrees per second)
+    """
+    ax = ax or plt.gca()
+    for k, (label, speeds) in enumerate(curves):
+        color, dash = STYLES[k % 4]
+        ax.plot(volts, speeds, dash, color=color, linewidth=2.5, label=label)
+    ax.axhline(0, color=BLACK, linewidth=0.8)
+    ax.set_xlabel("voltage (V)")
+    ax.set_ylabel("speed (degrees per second)")
+    ax.set_title(title)
+    ax.legend()
+    return ax
+
+
+def stops(runs, goal_deg, title, ax=None, zone_deg=0.0, zoom_s=None):
+    """Where joints are over time, on their way to a goal.
+
+    Parameters
+    ----------
+    runs : list of (label, time_s, position_deg)
+    zone_deg : a band before the goal, drawn
+    zoom_s : show only the end, from this time on
+    """
+    ax = ax or plt.gca()
+    ax.axhline(goal_deg, color=BLACK, linewidth=1.2, linestyle="--")
+    if zone_deg:
+        ax.axhspan(goal_deg - zone_deg, goal_deg, color=ORANGE, alpha=0.25)
+    for k, (label, time_s, position_deg) in enumerate(runs):
+        color, dash = STYLES[k % 4]
+        ax.plot(time_s, position_deg, dash, color=color, linewidth=2.2, label=label)
+    if zoom_s is not None:
+        ax.set_xlim(left=zoom_s)
+        shown = np.concatenate([np.asarray(p)[np.asarray(t) >= zoom_s] for _, t, p in runs])
+        ax.set_ylim(min(shown.min(), goal_deg) - 1, max(shown.max(), goal_deg) + 1)
+    ax.set_xlabel("time (s)")
+    ax.set_ylabel("angle (degrees)")
+    ax.set_title(title)
+    ax.legend()
+    return ax
+
+
+def plan(time_s, planned_deg_s, real_deg_s, title, ax=None):
+    """The trapezoid of a plan, and what the motor makes of it."""
+    ax = ax or plt.gca()
+    ax.plot(time_s, planned_deg_s, "--", color=BLACK, linewidth=2, label="plan")
+    ax.plot(time_s, real_deg_s, "-", color=BLUE, linewidth=2, label="motor")
+    ax.set_xlabel("time (s)")
+    ax.set_ylabel("speed (degrees per second)")
+    ax.set_title(title)
+    ax.legend()
+    return ax
+
+
+def stopping_errors(ways, title, ax=None):
+    """How far from the goal many motors stop.
+
+    Parameters
+    ----------
+    ways : list of (label, errors in degrees)
+    """
+    ax = ax or plt.gca()
+    for k, (_, errors) in enumerate(ways):
+        errors = np.sort(np.abs(errors))
+        color = STYLES[k % 4][0]
+        height = k + np.linspace(-0.3, 0.3, len(errors))
+        ax.plot(np.maximum(errors, 0.01), height, ("o", "s", "^", "D")[k % 4], color=color, markersize=4, alpha=0.6)
+    ax.set_yticks(range(len(ways)), [label for label, _ in ways])
+    ax.set_xscale("log")
+    ax.xaxis.set_major_formatter(plt.matplotlib.ticker.FormatStrFormatter("%g"))
+    ax.invert_yaxis()
+    ax.set_xlabel("stopping error (degrees, every tick ten times the one before)")
+    ax.set_title(title)
+    return ax
+
+
+def touches(ball_mm, hand_mm, error_mm, title, axes):
+    """Balls and the hand in the plane, and how far they are apart.
+
+    Parameters
+    ----------
+    ball_mm, hand_mm : ndarray, shape (N, 2)
+    error_mm : ndarray, shape (N,)
+    axes : two axes
+    """
+    place, size = axes
+    place.plot(ball_mm[:, 0], ball_mm[:, 1], "o", color=ORANGE, markersize=14, markeredgecolor=BLACK, label="ball")
+    place.plot(hand_mm[:, 0], hand_mm[:, 1], "+", color=BLUE, markersize=12, markeredgewidth=2.5, label="hand")
+    place.plot(0, 0, "s", color=BLACK, markersize=8, label="shoulder")
+    place.set_aspect("equal")
+    place.set_xlabel("x (mm)")
+    place.set_ylabel("y (mm)")
+    place.set_title(title)
+    low, high = place.get_ylim()
+    place.set_ylim(low - 0.25 * (high - low), high)  # room for the legend
+    place.legend(loc="lower center", ncols=3)
+    size.bar(range(len(error_mm)), error_mm, color=BLUE)
+    size.axhline(np.mean(error_mm), color=BLACK, linestyle="--")
+    size.set_xlabel("pose")
+    size.set_ylabel("hand to ball (mm)")
+    size.set_title("How far the hand is from the ball")
+    return axes
