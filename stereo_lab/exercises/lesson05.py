@@ -192,7 +192,7 @@ def _one_degree(reach):
     return dict(
         asks="The arm is stretched out and its shoulder is off by 1°. By how many millimetres is the hand off?",
         answer=Number(
-            right, 0.03 * right, "mm",
+            right, 0.01 * right, "mm",
             (
                 Wrong(reach, "that is a whole radian, 57 degrees."),
                 Wrong(1.0, "a degree is not a millimetre: it is worth more, the longer the arm."),
