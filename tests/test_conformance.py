@@ -60,7 +60,10 @@ class Talk:
         raise AssertionError(f"still {status} after {seconds} s")
 
 
-@pytest.fixture(scope="module", params=BACK_ENDS)
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(n, marks=[pytest.mark.slow] if n == "pty" else []) for n in BACK_ENDS],
+)
 def bench(request):
     bench = open_back_end(request.param)
     yield bench
