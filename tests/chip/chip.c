@@ -108,7 +108,8 @@ static avr_cycle_count_t plant(avr_t *avr, avr_cycle_count_t when, void *param) 
 }
 
 chip_t *chip_new(const char *elf) {
-    elf_firmware_t firmware = {{0}};
+    elf_firmware_t firmware;
+    memset(&firmware, 0, sizeof firmware);
     if (elf_read_firmware(elf, &firmware)) return NULL;
     strcpy(firmware.mmcu, "atmega328p");
     firmware.frequency = 16000000;
@@ -143,9 +144,18 @@ void chip_motor(chip_t *chip, int j, const double *numbers) {
     show(chip, j);
 }
 
+/* A reset clears the pins, but not what stands on the lines; simavr passes on only what changes. */
+static void refresh(avr_irq_t *irq) {
+    uint32_t value = irq->value;
+    avr_raise_irq(irq, !value);
+    avr_raise_irq(irq, value);
+}
+
 void chip_reset(chip_t *chip) {
     chip->in_head = chip->in_tail = chip->out_head = chip->out_tail = chip->full = 0;
     avr_reset(chip->avr);
+    for (int k = 0; k < 4; k++) refresh(chip->encoder[k]);
+    for (int j = 0; j < 2; j++) refresh(chip->home[j]);
     avr_cycle_timer_cancel(chip->avr, plant, chip);
     avr_cycle_timer_cancel(chip->avr, feed, chip);
     avr_cycle_timer_register_usec(chip->avr, STEP_US, plant, chip);
