@@ -274,9 +274,27 @@ def stopping(motor, goal_deg=90.0):
         line = np.array([to_px(t, p) for t, p in zip(run.time_s, run.position_deg, strict=True)])
         cv2.polylines(view, [np.clip(line, -5000, 5000)], False, BLUE, 3, cv2.LINE_AA)
         for k in range(0, 17, 4):
-            cv2.putText(view, f"{k / 10:.1f}", (to_px(k / 10, 0)[0] - 12, 402), cv2.FONT_HERSHEY_SIMPLEX, 0.5, BLACK, 1, cv2.LINE_AA)
+            cv2.putText(
+                view,
+                f"{k / 10:.1f}",
+                (to_px(k / 10, 0)[0] - 12, 402),
+                cv2.FONT_HERSHEY_SIMPLEX,
+                0.5,
+                BLACK,
+                1,
+                cv2.LINE_AA,
+            )
         cv2.putText(view, "time (s)", (450, 417), cv2.FONT_HERSHEY_SIMPLEX, 0.5, BLACK, 1, cv2.LINE_AA)
-        cv2.putText(view, f"goal {goal_deg:.0f} deg", (74, to_px(0, goal_deg)[1] - 8), cv2.FONT_HERSHEY_SIMPLEX, 0.55, BLACK, 1, cv2.LINE_AA)
+        cv2.putText(
+            view,
+            f"goal {goal_deg:.0f} deg",
+            (74, to_px(0, goal_deg)[1] - 8),
+            cv2.FONT_HERSHEY_SIMPLEX,
+            0.55,
+            BLACK,
+            1,
+            cv2.LINE_AA,
+        )
         return view, f"stops {run.rest_deg - goal_deg:+.1f} degrees from the goal, after {run.arrived_s:.2f} s"
 
     return Panel(

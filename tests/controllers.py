@@ -179,7 +179,7 @@ class PtyBench:
             [str(build() / "serve"), str(build() / "firmware.elf"), *numbers],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1,
         )  # fmt: skip
-        self.name = self.program.stdout.readline().strip()
+        self.name = next(line for line in self.program.stdout if line.startswith("/dev/")).strip()  # simavr talks first
         self.port = serial.Serial(self.name, 115200, timeout=0.02, exclusive=True)
 
     def _ask(self, order):

@@ -285,7 +285,7 @@ def test_homing_from_the_switch_backs_off_first(talk):
 
 def test_the_watchdog_stops_an_arm_whose_host_is_silent(talk):
     talk.ask("EN 1")
-    talk.ask("WD 200")
+    talk.ask("WD 300")
     talk.ask("MV 1 170")
     talk.listen(0.5, "!watchdog")
     talk.listen(0.3)
@@ -296,11 +296,11 @@ def test_the_watchdog_stops_an_arm_whose_host_is_silent(talk):
 
 def test_questions_keep_the_watchdog_quiet_and_noise_does_not(talk):
     talk.ask("EN 1")
-    talk.ask("WD 200")
+    talk.ask("WD 300")
     talk.ask("MV 1 90 50")
     assert talk.rest(8).fault == "-"
     talk.ask("MV 1 0 50")
-    for _ in range(8):
+    for _ in range(10):
         talk.say("ID*0000")
         talk.listen(0.05)
     assert talk.status().fault == "w"

@@ -161,7 +161,9 @@ def _unplugged():
         answer=Choice(
             "they stop after a second",
             (
-                Wrong("they stop at once", "nobody tells them: the controller only notices that nothing comes any more."),
+                Wrong(
+                    "they stop at once", "nobody tells them: the controller only notices that nothing comes any more."
+                ),
                 Wrong("they go on for ever", "so they would, without a watchdog. This controller has one."),
                 Wrong("they go home", "a machine that has lost its host should not begin new moves."),
             ),

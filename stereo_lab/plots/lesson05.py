@@ -107,7 +107,11 @@ def one_degree(points, moves_mm, title, ax=None):
     for k, (label, (dx, dy)) in enumerate(moves_mm):
         color = (GREEN, VERMILION)[k % 2]
         ax.annotate(
-            "", hand + [dx, dy], xytext=hand, arrowprops={"arrowstyle": "-|>", "linewidth": 2.5, "color": color}, zorder=5
+            "",
+            hand + [dx, dy],
+            xytext=hand,
+            arrowprops={"arrowstyle": "-|>", "linewidth": 2.5, "color": color},
+            zorder=5,
         )
         ax.plot(*(hand + [1.25 * dx, 1.25 * dy]), alpha=0)  # so that the axes take in the arrow
         ax.annotate(
