@@ -16,6 +16,7 @@ from conftest import ROOT, skip_unless_ci
 from nbformat.v4 import new_code_cell, new_notebook
 
 SETUP = """from stereo_lab import widgets
+from stereo_lab.motion import Motor
 from stereo_lab.calibration import calibrate_recording
 from stereo_lab.recording import open_recording
 recording = open_recording("bench")
@@ -27,6 +28,8 @@ PANELS = (
     'widgets.hough_parameters(pair.left, "red")',
     "widgets.epipolar_line(calibration, pair.left, pair.right)",
     "widgets.ball_against_disparity(120.0, 690.0, 40.0)",
+    "widgets.arm_reaches(recording.arm)",
+    "widgets.stopping(Motor())",
     "widgets.depth_samples([160.0, 103.0, 73.0, 60.0], [520.0, 813.0, 1104.0, 1397.0])",
 )
 FLAGS = (

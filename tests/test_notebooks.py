@@ -64,6 +64,16 @@ def test_it_has_the_parts_of_a_lesson(path):
     assert "closing_table(" in code and "open_recording()" in code
 
 
+MOVES = re.compile(r"\.(home|move_to|calibrate|push)\(|command\((line|\"(EN 1|MV|MA|PW|HM))")
+
+
+@every_notebook
+def test_a_cell_that_moves_an_arm_says_so(path):
+    for cell in cells_of(path):
+        if cell["cell_type"] == "code" and MOVES.search(source(cell)):
+            assert "moves" in source(cell), source(cell)
+
+
 @every_notebook
 def test_every_figure_is_described_in_words(path):
     cells = cells_of(path)
