@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 
-from stereo_lab.arm import arm as client
-from stereo_lab.arm import connect, ports
+from stereo_lab.arm import connect, line, ports
 from stereo_lab.arm import protocol as wire
 from stereo_lab.errors import ArmError, StereoLabError, UnreachableTargetError
 from stereo_lab.kinematics import JointAngles
@@ -33,9 +32,9 @@ class ScriptedPort:
         return len(self.out)
 
     def write(self, data):
-        for line in data.decode().split("\n"):
-            if line:
-                text = wire.unseal(line)[0]
+        for words in data.decode().split("\n"):
+            if words:
+                text = wire.unseal(words)[0]
                 self.sent.append(text)
                 for answer in self.answer(text):
                     self.out += answer if isinstance(answer, bytes) else (wire.seal(answer) + "\r\n").encode()
@@ -153,14 +152,14 @@ def test_leaving_stops_the_motors():
 
 
 def test_an_interrupted_wait_stops_the_motors(arm, monkeypatch):
-    listen, times = arm._listen, iter(range(1000))
+    listen, times = arm.line.listen, iter(range(1000))
 
     def interrupted(*args, **kwargs):
-        if next(times) == 12:
+        if next(times) == 3:
             raise KeyboardInterrupt
         return listen(*args, **kwargs)
 
-    monkeypatch.setattr(arm, "_listen", interrupted)
+    monkeypatch.setattr(arm.line, "listen", interrupted)
     with pytest.raises(KeyboardInterrupt):
         arm.move_to(JointAngles(170.0, 0.0))
     assert arm.status().state == "stop"
@@ -171,10 +170,21 @@ def test_stop_from_elsewhere_ends_a_move_with_a_sentence():
     with connect("virtual://arm?realtime=1") as arm:
         threading.Timer(0.4, lambda: arm.port.write(b"\n!\n")).start()
         with pytest.raises(ArmError, match="stopped in mid-move"):
-            arm.move_to(JointAngles(170.0, 0.0))
+            arm.move_to(JointAngles(170.0, 0.0))  # somebody else's stop stays until it is undone
         with pytest.raises(ArmError, match=r"arm\.enable\(\)"):
             arm.move_to(JointAngles(0.0, 0.0))
         arm.enable()
+        arm.move_to(JointAngles(60.0, 0.0))
+
+
+def test_stop_by_another_thread_ends_a_move_and_the_next_may_begin():
+    with connect("virtual://arm?realtime=1") as arm:
+        stopper = threading.Timer(0.4, arm.stop)
+        stopper.start()
+        with pytest.raises(ArmError, match="stopped in mid-move"):
+            arm.move_to(JointAngles(170.0, 0.0))
+        stopper.join()
+        assert arm.angles().theta1_deg < 120
         arm.move_to(JointAngles(60.0, 0.0))
 
 
@@ -426,13 +436,14 @@ def test_moves_arrive_through_noise():
 
 
 def test_a_board_on_usb_gets_time_to_start(monkeypatch):
-    waits = []
-    monkeypatch.setattr(client, "_restarts_when_opened", lambda port: True)
+    class Board:
+        device, vid, description = "scripted", 0x2341, "Arduino"
+
+    monkeypatch.setattr(line.list_ports, "comports", lambda: [Board])
     port = ScriptedPort(lambda text: [])
     with pytest.raises(ArmError):
         connect(port)
-    waits.append(port.time)
-    assert 2.0 < waits[0] < 3.0
+    assert 2.0 < port.time < 3.0
 
 
 # --- the command line ----------------------------------------------------------------------------------------

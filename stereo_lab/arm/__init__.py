@@ -6,6 +6,7 @@ with connect("virtual://arm") as arm:    # or COM3, /dev/ttyUSB0, socket://…
     arm.move_to(JointAngles(30, 45))
 """
 
-from stereo_lab.arm.arm import Arm, connect, ports
+from stereo_lab.arm.arm import Arm, connect
+from stereo_lab.arm.line import ports
 
 __all__ = ["Arm", "connect", "ports"]

@@ -6,92 +6,15 @@ A controller reads lines, drives two joints and writes lines. It sees its motors
 
 from __future__ import annotations
 
-import math
-
 from stereo_lab.arm import protocol as wire
-from stereo_lab.motion import REST_TICKS, TICK_S, Profile, SlowDownRule, Tuning
+from stereo_lab.arm.joint import BACK, CREEP, IDLE, MOVE, PUSH, REST, SECOND_JOINT, SEEK, Joint
+from stereo_lab.motion import REST_TICKS, TICK_S, SlowDownRule
 
-IDLE, MOVE, PUSH, SEEK, BACK, CREEP, REST = range(7)
 HOMING = (SEEK, BACK, CREEP, REST)
-RUNAWAY_DEG = 0.6  # a joint that turns so far against its voltage has its encoder or motor reversed
-FASTER_DEG_S = 10.0
-FOLLOW_DEG = 20.0  # a joint so far behind its plan is stalled
-STALL_TICKS = 250  # by the rule: half a second of voltage without a count is a stall
-STUCK_TICKS = 50
-STALL_V = 1.5  # along a profile: so much more than it needs to start, for 50 ticks without a count
 SEEK_DEG, SEEK_DEG_S, BACK_DEG, CREEP_DEG_S = 400.0, 60.0, 8.0, 10.0
 BACK_TRIES = 6
 TX_BYTES = 128  # what the controller can keep for sending
 BYTES_PER_TICK = wire.BAUD_RATE / 10 * TICK_S
-DEFAULTS = {
-    "lo": -180.0, "hi": 180.0, "home": -185.0, "cruise": 180.0, "acc": 1000.0, "k": 200.0, "tau": 60.0, "db+": 1.2,
-    "db-": 1.6, "st+": 1.4, "st-": 1.85, "zone": 5.0, "counts": 1920.0, "supply": 6.0,
-}  # fmt: skip
-SECOND_JOINT = {"lo": -160.0, "hi": 160.0, "home": -165.0}
-
-
-class Joint:
-    """One joint: its parameters, where it stands, and what it is doing."""
-
-    def __init__(self, **changed):
-        self.parameters = {**DEFAULTS, **changed}
-        self.mode, self.rule, self.duty = IDLE, None, 0
-        self.zero_count, self.zero_deg, self.homed = 0, 0.0, False
-        self.position_deg = self.speed_deg_s = 0.0
-        self.against_deg = self.against_from_deg_s = 0.0
-        self.still_ticks, self.push_ticks, self.tries = 0, 0, 0
-        self.retune()
-
-    def retune(self):
-        p = self.parameters
-        self.tuning = Tuning(p["k"], p["tau"] / 1000, (p["db+"], p["db-"]), (p["st+"], p["st-"]), p["counts"])
-        self.degree = 360 / p["counts"]
-        self.stall_v = max(p["st+"], p["st-"]) + STALL_V
-
-    def look(self, count):
-        """Take in what the encoder says."""
-        position = self.zero_deg + (count - self.zero_count) * self.degree
-        turned = position - self.position_deg
-        self.position_deg = position
-        self.speed_deg_s += 0.1 * (turned / TICK_S - self.speed_deg_s)
-        if turned == 0:
-            self.still_ticks += 1
-            return
-        self.still_ticks = 0
-        if turned * self.duty < 0:
-            if self.against_deg == 0.0:
-                self.against_from_deg_s = abs(self.speed_deg_s)
-            self.against_deg += abs(turned)
-        elif self.duty:
-            self.against_deg = 0.0
-
-    @property
-    def runs_away(self):
-        """Whether it turns against its voltage, and faster and faster: not just being braked."""
-        return self.against_deg > RUNAWAY_DEG and abs(self.speed_deg_s) > self.against_from_deg_s + FASTER_DEG_S
-
-    def stand_at(self, count, angle_deg):
-        """Call the place of a count so many degrees."""
-        self.zero_count, self.zero_deg = count, angle_deg
-        self.position_deg = angle_deg
-
-    def plan(self, goal_deg, cruise, acceleration, from_plan=None):
-        """A profile to a goal, from rest or from the plan that it replaces."""
-        if from_plan is None:
-            return Profile(self.tuning, self.position_deg, goal_deg, cruise, acceleration)
-        return Profile(
-            self.tuning,
-            from_plan.planned_deg,
-            goal_deg,
-            cruise,
-            acceleration,
-            from_plan.speed_deg_s,
-            from_plan.integral_v,
-        )
-
-    @property
-    def busy(self):
-        return self.mode != IDLE
 
 
 class Controller:
@@ -227,7 +150,7 @@ class Controller:
         self._must_be_on()
         if any(joint.busy and (self.by_rule or joint.mode != MOVE) for joint, _ in moving):
             raise wire.ProtocolError(wire.BUSY)
-        times = [_duration(joint, goal) for joint, goal in moving]
+        times = [joint.duration_s(goal) for joint, goal in moving]
         for (joint, goal), time in zip(moving, times, strict=True):
             share = pace * (1.0 if time == 0 else time / max(times))  # the slower joint sets the pace
             cruise, acceleration = joint.parameters["cruise"] * share, joint.parameters["acc"]
@@ -365,16 +288,10 @@ class Controller:
         volts = joint.rule.volts(joint.position_deg)
         if joint.rule.done:
             self._finish(j, "done")
-        elif self._stalls(joint, volts):
+        elif joint.stalls(volts):
             self._stall(j)
         else:
             self._set_volts(j, volts)
-
-    def _stalls(self, joint, volts):
-        if self.by_rule and joint.mode == MOVE:
-            return joint.still_ticks > STALL_TICKS and volts != 0
-        behind = abs(joint.rule.planned_deg - joint.position_deg) > FOLLOW_DEG
-        return behind or (joint.still_ticks > STUCK_TICKS and abs(volts) > joint.stall_v)
 
     def _stall(self, j):
         self._halt(fault=f"s{j + 1}")
@@ -408,7 +325,7 @@ class Controller:
         volts = joint.rule.volts(joint.position_deg)
         if joint.rule.done:
             self._homing_step(j, joint, pressed)
-        elif self._stalls(joint, volts):
+        elif joint.stalls(volts):
             self._stall(j)
         else:
             self._set_volts(j, volts)
@@ -469,12 +386,3 @@ def _flag(word):
     if word not in ("0", "1"):
         raise wire.ProtocolError(wire.ARGUMENT)
     return word == "1"
-
-
-def _duration(joint, goal_deg):
-    """Seconds of a trapezoid from here to a goal."""
-    cruise, acceleration = joint.parameters["cruise"], joint.parameters["acc"]
-    way = abs(goal_deg - joint.position_deg)
-    if way < cruise**2 / acceleration:
-        return 2 * math.sqrt(way / acceleration)
-    return way / cruise + cruise / acceleration

@@ -23,6 +23,7 @@ ERRORS = {
     CHECKSUM: "checksum", COMMAND: "command", ARGUMENT: "argument", LIMIT: "limit", OFF: "off",
     TOO_LONG: "too long", OVERRUN: "overrun", BUSY: "busy",
 }  # fmt: skip
+UNNUMBERED = (CHECKSUM, TOO_LONG, OVERRUN)  # lines that were not read at all; they may be sent again
 EVENTS = ("done", "stall", "home", "limit", "runaway", "watchdog", "estop")
 STATES = ("off", "idle", "run", "home", "stop")
 # Parameters of a joint: smallest and largest value that SET takes

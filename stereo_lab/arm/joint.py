@@ -1,0 +1,97 @@
+"""One joint of a controller: its parameters, where it stands, and what it is doing."""
+
+from __future__ import annotations
+
+import math
+
+from stereo_lab.motion import TICK_S, Profile, Tuning
+
+IDLE, MOVE, PUSH, SEEK, BACK, CREEP, REST = range(7)
+RUNAWAY_DEG, FASTER_DEG_S = 0.6, 10.0  # so far against its voltage, and so much faster than it began
+FOLLOW_DEG = 20.0  # a joint so far behind its plan is stalled
+STALL_TICKS = 250  # by the rule: half a second of voltage without a count is a stall
+STUCK_TICKS, STALL_V = 50, 1.5  # along a profile: so long without a count, with so much more than starts it
+DEFAULTS = {
+    "lo": -180.0, "hi": 180.0, "home": -185.0, "cruise": 180.0, "acc": 1000.0, "k": 200.0, "tau": 60.0, "db+": 1.2,
+    "db-": 1.6, "st+": 1.4, "st-": 1.85, "zone": 5.0, "counts": 1920.0, "supply": 6.0,
+}  # fmt: skip
+SECOND_JOINT = {"lo": -160.0, "hi": 160.0, "home": -165.0}
+
+
+class Joint:
+    """One joint: its parameters, where it stands, and what it is doing."""
+
+    def __init__(self, **changed):
+        self.parameters = {**DEFAULTS, **changed}
+        self.mode, self.rule, self.duty = IDLE, None, 0
+        self.zero_count, self.zero_deg, self.homed = 0, 0.0, False
+        self.position_deg = self.speed_deg_s = 0.0
+        self.against_deg = self.against_from_deg_s = 0.0
+        self.still_ticks, self.push_ticks, self.tries = 0, 0, 0
+        self.retune()
+
+    def retune(self):
+        p = self.parameters
+        self.tuning = Tuning(p["k"], p["tau"] / 1000, (p["db+"], p["db-"]), (p["st+"], p["st-"]), p["counts"])
+        self.degree = 360 / p["counts"]
+        self.stall_v = max(p["st+"], p["st-"]) + STALL_V
+
+    def look(self, count):
+        """Take in what the encoder says."""
+        position = self.zero_deg + (count - self.zero_count) * self.degree
+        turned = position - self.position_deg
+        self.position_deg = position
+        self.speed_deg_s += 0.1 * (turned / TICK_S - self.speed_deg_s)
+        if turned == 0:
+            self.still_ticks += 1
+            return
+        self.still_ticks = 0
+        if turned * self.duty < 0:
+            if self.against_deg == 0.0:
+                self.against_from_deg_s = abs(self.speed_deg_s)
+            self.against_deg += abs(turned)
+        elif self.duty:
+            self.against_deg = 0.0
+
+    @property
+    def runs_away(self):
+        """Whether it turns against its voltage, and faster and faster: not just being braked."""
+        return self.against_deg > RUNAWAY_DEG and abs(self.speed_deg_s) > self.against_from_deg_s + FASTER_DEG_S
+
+    def stand_at(self, count, angle_deg):
+        """Call the place of a count so many degrees."""
+        self.zero_count, self.zero_deg = count, angle_deg
+        self.position_deg = angle_deg
+
+    def plan(self, goal_deg, cruise, acceleration, from_plan=None):
+        """A profile to a goal, from rest or from the plan that it replaces."""
+        if from_plan is None:
+            return Profile(self.tuning, self.position_deg, goal_deg, cruise, acceleration)
+        return Profile(
+            self.tuning,
+            from_plan.planned_deg,
+            goal_deg,
+            cruise,
+            acceleration,
+            from_plan.speed_deg_s,
+            from_plan.integral_v,
+        )
+
+    def stalls(self, volts):
+        """Whether it does not turn as it should under this voltage."""
+        if not isinstance(self.rule, Profile):
+            return self.still_ticks > STALL_TICKS and volts != 0
+        behind = abs(self.rule.planned_deg - self.position_deg) > FOLLOW_DEG
+        return behind or (self.still_ticks > STUCK_TICKS and abs(volts) > self.stall_v)
+
+    def duration_s(self, goal_deg):
+        """Seconds of a trapezoid from here to a goal."""
+        cruise, acceleration = self.parameters["cruise"], self.parameters["acc"]
+        way = abs(goal_deg - self.position_deg)
+        if way < cruise**2 / acceleration:
+            return 2 * math.sqrt(way / acceleration)
+        return way / cruise + cruise / acceleration
+
+    @property
+    def busy(self):
+        return self.mode != IDLE

@@ -1,0 +1,246 @@
+"""A serial line with a controller at its other end: questions, answers, and what to make of silence and noise."""
+
+from __future__ import annotations
+
+import errno
+import threading
+import time
+from collections import deque
+from dataclasses import dataclass
+
+import serial
+from serial.tools import list_ports
+
+from stereo_lab.arm import protocol as wire
+from stereo_lab.errors import ArmError
+
+if "stereo_lab.arm" not in serial.protocol_handler_packages:
+    serial.protocol_handler_packages.append("stereo_lab.arm")  # where pyserial finds virtual://
+
+ANSWER_S = 0.3  # a command that is not answered so long is sent again
+GIVE_UP_S = 0.9  # and after so long it has failed
+BOOT_S = 2.5  # a board on USB restarts when its port is opened
+MOST_TRIES = 10  # where noise is heard it is sent again at once, but not for ever
+LOOK_S = 0.02  # how long one look at the port lasts
+ROUNDING_S = 1e-6
+MEANING = {
+    wire.COMMAND: "there is no such command", wire.ARGUMENT: "an argument is missing or is not what it should be",
+    wire.LIMIT: "the value is beyond its limits", wire.OFF: "the motors are off: arm.enable()",
+    wire.BUSY: "the joint is moving",
+}  # fmt: skip
+
+
+def ports():
+    """The serial ports of this computer.
+
+    Returns
+    -------
+    list of (name, description)
+        The virtual arm first; it is always there.
+    """
+    found = sorted((p.device, p.description) for p in list_ports.comports())
+    return [("virtual://arm", "a simulated arm, no hardware needed"), *found]
+
+
+def open_port(name, baud_rate=wire.BAUD_RATE):
+    """Open a serial port by its name or URL, for this program alone.
+
+    Raises
+    ------
+    ArmError
+        If there is none, or another program has it.
+    """
+    try:
+        return serial.serial_for_url(name, baudrate=baud_rate, timeout=LOOK_S, write_timeout=1, exclusive=True)
+    except (serial.SerialException, ValueError, OSError) as error:
+        raise ArmError(_why_not(name, error)) from None
+
+
+def _why_not(name, error):
+    number = getattr(error, "errno", None)
+    if number in (errno.EBUSY, errno.EAGAIN) or "lock" in str(error).lower():
+        return f"{name} is in use. Close whatever else has it open: another notebook, the Arduino IDE's monitor."
+    if number == errno.EACCES or "PermissionError" in str(error):
+        return f"{name} may not be opened by this user, or is in use. On Linux join the group dialout and log in again."
+    if number == errno.ECONNREFUSED:
+        return f"Nobody listens at {name}. Start the program that serves the arm first."
+    if name.startswith("virtual:"):
+        return f"{error}."
+    there = ", ".join(port for port, _ in ports())
+    return f"There is no port {name} here. There are: {there}. Is the cable plugged in at both ends?"
+
+
+@dataclass
+class Heard:
+    """What came since the last question: bytes, lines that made no sense, replies to other commands."""
+
+    bytes: int = 0
+    garbled: int = 0
+    other: int = 0
+
+
+class Line:
+    """An open port and the protocol on it. Every line carries a checksum.
+
+    Attributes
+    ----------
+    port : the pyserial port
+    name : str
+    clock : function, seconds; the arm's own clock where it has one
+    events : deque of Event, the newest last
+    restarted : bool, whether the controller has said its greeting since this was set to False
+    """
+
+    def __init__(self, port):
+        self.port = port
+        self.name = str(getattr(port, "name", None) or getattr(port, "port", "the port"))
+        self.clock = getattr(port, "clock", time.monotonic)
+        self.events, self.restarted = deque(maxlen=100), False
+        self._lock = threading.RLock()  # one question at a time; a stop does not wait for it
+        self._buffer, self._replies, self._status, self._heard = bytearray(), deque(), None, Heard()
+
+    def wait_for_answer_s(self):
+        """How long a controller may take for its first answer."""
+        name = getattr(self.port, "port", None)
+        usb = any(p.device == name and p.vid is not None for p in list_ports.comports())
+        return BOOT_S if usb else GIVE_UP_S
+
+    def write(self, data):
+        """Bytes to the controller."""
+        try:
+            self.port.write(data)
+        except (serial.SerialException, OSError) as error:
+            raise self._gone(error) from None
+
+    def exchange(self, text, number, give_up_s=GIVE_UP_S):
+        """Send a command until it is answered: again after 0.3 s, and at once where noise was heard.
+
+        Returns
+        -------
+        str, the data of its ``ok``
+
+        Raises
+        ------
+        ArmError
+            If it is refused, or not answered in time.
+        """
+        data = wire.encode_command(text, number)
+        with self._lock:
+            self._heard = Heard()
+            for until in self._tries(give_up_s):
+                self.write(data)
+                reply = self._await_reply(number, until)
+                if reply is None or (reply.number != number and reply.code in wire.UNNUMBERED):
+                    continue
+                if reply.code:
+                    meaning = MEANING.get(reply.code, wire.ERRORS[reply.code])
+                    raise ArmError(f"The arm refused {text!r}: error {reply.text} ({meaning}).")
+                return reply.text
+            raise self.no_answer(repr(text))
+
+    def status(self):
+        """Ask until a status comes."""
+        with self._lock:
+            for until in self._tries(GIVE_UP_S):
+                status = self.status_once(until)
+                if status is not None:
+                    return status
+            raise self.no_answer("a question")
+
+    def status_once(self, until):
+        """Ask once; None if nothing readable comes until then."""
+        with self._lock:
+            self._status, self._heard = None, Heard()
+            self.write(b"\n" + wire.ASK + b"\n")
+            while self._status is None and not self._heard.garbled and self.clock() < until - ROUNDING_S:
+                self._look(until)
+            return self._status
+
+    def listen(self, seconds):
+        """Take in what comes for some time."""
+        until = self.clock() + seconds
+        while self.clock() < until - ROUNDING_S:
+            with self._lock:
+                self._look(until)
+
+    def no_answer(self, what):
+        """The error for a question that got no answer, by what was heard instead."""
+        heard = self._heard
+        if self.restarted:
+            return ArmError(
+                f"The controller on {self.name} restarted; its position is lost. Connect and home it again."
+            )
+        if heard.other:
+            return ArmError(
+                f"{self.name} answers other commands than {what}. Unplug the arm, plug it in, connect anew."
+            )
+        if heard.bytes:
+            return ArmError(
+                f"{self.name} sends {heard.bytes} bytes that make no sense after {what}: noise on the cable, another "
+                f"device, or a wrong baud rate (the arm has {wire.BAUD_RATE})."
+            )
+        return ArmError(
+            f"{self.name} does not answer {what}. Is the controller powered, and is it this port? "
+            "The ports there are: stereo-lab arm list"
+        )
+
+    def _tries(self, give_up_s):
+        """Until when each try waits for its answer."""
+        give_up = self.clock() + give_up_s
+        for _ in range(MOST_TRIES):
+            if self.clock() >= give_up:
+                return
+            yield min(self.clock() + ANSWER_S, give_up)
+
+    def _await_reply(self, number, until):
+        """The reply to a number; None as soon as something garbled came, or when the time is over."""
+        garbled = self._heard.garbled
+        while True:
+            while self._replies:
+                reply = self._replies.popleft()
+                if reply.number == number or (reply.number is None and reply.code):
+                    return reply
+                self._heard.other += 1
+            if self._heard.garbled > garbled or self.clock() >= until - ROUNDING_S:
+                return None
+            self._look(until)
+
+    def _look(self, until):
+        """Read what is there, or wait a little for it."""
+        try:
+            self.port.timeout = max(min(LOOK_S, until - self.clock()), 0)
+            data = self.port.read(max(1, self.port.in_waiting))
+        except (serial.SerialException, OSError, TypeError) as error:
+            raise self._gone(error) from None
+        self._heard.bytes += len(data)
+        self._buffer += data
+        while (end := self._buffer.find(b"\n")) >= 0:
+            text = self._buffer[:end].decode("latin-1").strip("\r")
+            del self._buffer[: end + 1]
+            self._take(text)
+        if len(self._buffer) > 4 * wire.LINE_MAX:  # no line is so long: noise, or a wrong baud rate
+            self._buffer.clear()
+            self._heard.garbled += 1
+
+    def _take(self, text):
+        if not text:
+            return
+        text, right = wire.unseal(text)
+        if right is None and text == wire.GREETING:
+            self.restarted = True
+            return
+        answer = wire.decode_answer(text) if right else None
+        if answer is None:
+            self._heard.garbled += 1
+        elif isinstance(answer, wire.Reply):
+            self._replies.append(answer)
+        elif isinstance(answer, wire.Status):
+            self._status = answer
+        else:
+            self.events.append(answer)
+
+    def _gone(self, error):
+        return ArmError(
+            f"{self.name} is gone ({error}). Plug the arm in again and connect anew; "
+            "its watchdog has stopped the motors."
+        )
