@@ -10,6 +10,7 @@ lesson   module                 what is in it
 03       ``position``           x and y: two straight lines, or a rigid fit
 04       ``depth``              depth from disparity: three models
 05       ``kinematics``         joint angles of a two-link arm
+06       ``motion``, ``arm``    motors, ways to stop them, and the arm behind a serial line
 07       ``localization``       all of it together: two pictures in, millimetres out
 =======  =====================  ==========================================================
 
@@ -17,4 +18,4 @@ lesson   module                 what is in it
 ``hough`` (02) are written out to be read; ``exercises`` asks the questions, ``plots`` and ``widgets`` draw.
 """
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"

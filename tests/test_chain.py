@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 
+from stereo_lab import bench as measure
 from stereo_lab.errors import CalibrationError
 from stereo_lab.localization import Localizer
 
@@ -154,3 +155,16 @@ def test_every_command_has_help_with_an_example():
     for command in ("demo", "calibrate", "detect", "import", "render", "test"):
         code, out, _ = run(command, "--help")
         assert code == 0 and "example:" in out
+
+
+def test_bench_measures_every_way(bench, bench_calibration, monkeypatch):
+    monkeypatch.setattr(measure, "PAIRS", 3)
+    monkeypatch.setattr(measure, "POINTS", 20_000)
+    groups = measure.bench(bench)
+    paper, whole, near, dense = groups["locating"]
+    assert max(whole["error_mm"], near["error_mm"]) < min(3, paper["error_mm"], dense["error_mm"])
+    one_by_one, arrays, searched = groups["inverse_kinematics"][:3]
+    assert max(one_by_one["error_mm"], arrays["error_mm"]) < 1e-9 and searched["error_mm"] < 0.1
+    assert arrays["times"] > 20 > 1 > searched["times"]
+    for row in (*groups["locating"], *groups["inverse_kinematics"], *groups["virtual_arm"]):
+        assert row["way"] in measure.page(groups) and row["times"] > 0

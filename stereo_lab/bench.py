@@ -1,0 +1,226 @@
+"""Speed and accuracy beside the alternatives: the numbers behind ``stereo-lab bench``.
+
+Times are told beside that of the first way of their group, measured in the same run: they differ from
+computer to computer, their ratios hardly do. Pictures lie in memory and OpenCV has one thread.
+"""
+
+from __future__ import annotations
+
+import time
+
+import cv2
+import numpy as np
+
+from stereo_lab.arm import connect
+from stereo_lab.evaluation import judge
+from stereo_lab.kinematics import JointAngles
+from stereo_lab.localization import Localizer
+from stereo_lab.threads import one_thread
+
+PAIRS = 24
+LOOKS = 3  # every pair is timed so often; its fastest time counts
+POINTS = 1_000_000
+ONE_BY_ONE = 300
+SEARCHES = 20
+MOVES = 12
+
+
+def bench(recording, report=lambda step, done, total: None):
+    """Measure each way of doing a thing, in one run.
+
+    Parameters
+    ----------
+    recording : Recording with the sets calibration, position, depth and evaluation
+    report : callable (step, done, total), told about progress
+
+    Returns
+    -------
+    dict : name of the group -> list of dict with "way", "ms" (milliseconds for one), "times" (how many times
+        faster than the first way), "error_mm" (mean), and for the virtual arm "times" against the clock
+    """
+    with one_thread():
+        vision = locating(recording, report)
+        report("inverse kinematics", 0, 1)
+        solving = inverse_kinematics(recording.arm)
+        report("the virtual arm", 0, 1)
+        moving = virtual_arm()
+    return {"locating": _beside(vision), "inverse_kinematics": _beside(solving), "virtual_arm": moving}
+
+
+def page(groups):
+    """The groups as text for the terminal."""
+    titles = {
+        "locating": ("One pair of pictures to the ball's place", "depth, mean error (mm)"),
+        "inverse_kinematics": ("One point to two joint angles", "hand, mean error (mm)"),
+    }
+    lines = []
+    for name, (title, error) in titles.items():
+        lines += [f"{title:36s} {'ms':>10s} {'times as fast':>14s}   {error}", *map(_line, groups[name]), ""]
+    lines += [f"{'The virtual arm':36s} {'':10s} {'times as fast as the clock':>14s}"]
+    return "\n".join(lines + [f"  {row['way']:34s} {'':10s} {row['times']:14.3g}" for row in groups["virtual_arm"]])
+
+
+def _line(row):
+    missed = f"   ({row['missed']} of {row['of']} not found)" if row.get("missed") else ""
+    return f"  {row['way']:34s} {row['ms']:10.3g} {row['times']:14.3g}   {row['error_mm']:.2f}{missed}"
+
+
+def _beside(rows):
+    return [{**row, "times": rows[0]["ms"] / row["ms"]} for row in rows]
+
+
+# --- pictures to a place ------------------------------------------------------------------------------
+
+
+def locating(recording, report=lambda step, done, total: None):
+    """The paper's way, ours searching the whole picture, ours told where to look, and dense stereo."""
+    samples = [s for s in recording.samples("evaluation") if s.use == "volume"][:PAIRS]
+    paper, cone = (Localizer.fit(recording, method) for method in ("paper", "cone"))
+    dense = DenseStereo(cone)
+    ways = {
+        "the paper's way": lambda pair, seen: paper.locate(*pair),
+        "cone, whole pictures": lambda pair, seen: cone.locate(*pair),
+        "cone, near the last place": lambda pair, seen: cone.locate(*pair, near=seen),
+        "dense stereo (SGBM), at the ball": lambda pair, seen: dense.locate(*pair, seen),
+    }
+    spent, errors = ({name: [] for name in ways} for _ in range(2))
+    for k, sample in enumerate(samples):
+        report("locate the ball", k, len(samples))
+        pair = sample.pair.left, sample.pair.right
+        seen = cone.detect(*pair)
+        for name, way in ways.items():
+            ms, place = _fastest(lambda way=way, pair=pair, seen=seen: way(pair, seen))
+            spent[name].append(ms)
+            if place is not None:
+                errors[name].append(abs(place.depth_mm - judge(sample).depth_mm))
+    return [
+        {"way": name, "ms": float(np.median(spent[name])), "error_mm": float(np.mean(errors[name])),
+         "missed": len(samples) - len(errors[name]), "of": len(samples)}
+        for name in ways if errors[name]
+    ]  # fmt: skip
+
+
+class DenseStereo:
+    """A disparity for every pixel (cv2.StereoSGBM), and the ball's taken from it."""
+
+    def __init__(self, localizer):
+        self.localizer, self.calibration = localizer, localizer.calibration
+        largest = self.calibration.focal_px * self.calibration.baseline_mm / 400  # nothing nearer than 0.4 m
+        self.matcher = cv2.StereoSGBM_create(0, 16 * int(np.ceil(largest / 16)), 5, 200, 800, 1, 0, 10, 100, 2)
+
+    def locate(self, left, right, seen):
+        """The ball's place, the disparity being the median inside its circle; None where there is none."""
+        if seen is None:
+            return None
+        pictures = self.calibration.rectify(left, right)
+        disparity = self.matcher.compute(*(cv2.cvtColor(p, cv2.COLOR_BGR2GRAY) for p in pictures)) / 16
+        (u, v), radius = self.calibration.rectify_points([[seen[0].u, seen[0].v]], "left")[0], seen[0].radius_px
+        rows, columns = np.indices(disparity.shape)
+        inside = disparity[(np.hypot(columns - u, rows - v) < radius / 2) & (disparity > 0)]
+        if not len(inside):
+            return None
+        surface = np.median(inside)
+        point = self.calibration.triangulate([[u, v]], [[u - surface, v]])[0]
+        point = point * (1 + self.localizer.diameter_mm / 2 / np.linalg.norm(point))  # from surface to centre
+        x, y, z = self.localizer.models[0].predict(point[None])[0]
+        return type(self.localizer.position(*seen))(float(x), float(y), float(self.localizer.arm_depth_mm - z))
+
+
+def _fastest(way):
+    """Milliseconds of the fastest of some looks, and what the last one saw."""
+    best = np.inf
+    for _ in range(LOOKS):
+        start = time.perf_counter()
+        result = way()
+        best = min(best, time.perf_counter() - start)
+    return 1000 * best, result
+
+
+# --- a point to angles --------------------------------------------------------------------------------
+
+
+def inverse_kinematics(arm):
+    """Eq. 5 and 6 one by one and as arrays, a search, and ikpy where it is installed."""
+    rng = np.random.default_rng(5)
+    points = _reachable(arm, rng, POINTS)
+    few = points[:ONE_BY_ONE]
+    ms, angles = _fastest(lambda: [arm.inverse(x, y) for x, y in few])
+    rows = [_solved(arm, "Eq. 5 and 6, one by one", ms / len(few), angles, few)]
+    ms, angles = _fastest(lambda: arm.inverse(*points.T))
+    rows.append(_solved(arm, "Eq. 5 and 6, a million as arrays", ms / len(points), [angles], points))
+    few = points[:SEARCHES]
+    ms, angles = _fastest(lambda: [search(arm, x, y) for x, y in few])
+    rows.append(_solved(arm, "a search with the Jacobian", ms / len(few), angles, few))
+    chain = _ikpy_chain(arm)
+    if chain is not None:
+        ms, angles = _fastest(lambda: [_by_ikpy(chain, x, y) for x, y in few])
+        rows.append(_solved(arm, "the library ikpy", ms / len(few), angles, few))
+    return rows
+
+
+def _reachable(arm, rng, count):
+    radius = rng.uniform(abs(arm.l1_mm - arm.l2_mm), arm.l1_mm + arm.l2_mm, count)
+    turn = rng.uniform(-np.pi, np.pi, count)
+    points = np.column_stack([radius * np.cos(turn), radius * np.sin(turn)])
+    return points[np.isfinite(arm.inverse(*points.T).theta1_deg)]
+
+
+def _solved(arm, way, ms, angles, points):
+    hands = np.concatenate([np.column_stack(arm.forward(a)) for a in angles])
+    return {"way": way, "ms": float(ms), "error_mm": float(np.hypot(*(hands - points).T).mean())}
+
+
+def search(arm, x_mm, y_mm, steps=400):
+    """Inverse kinematics by damped least squares, the search of lesson 05."""
+    theta, goal = np.array([20.0, 40.0]), np.array([x_mm, y_mm])
+    for _ in range(steps):
+        now = JointAngles(*theta)
+        miss = goal - arm.forward(now)
+        if np.hypot(*miss) < 1e-6:
+            break
+        jacobian = arm.jacobian(now)
+        theta = theta + jacobian.T @ np.linalg.solve(jacobian @ jacobian.T + 20 * np.eye(2), miss)
+    return JointAngles(*theta)
+
+
+def _ikpy_chain(arm):
+    try:
+        from ikpy.chain import Chain
+        from ikpy.link import OriginLink, URDFLink
+    except ImportError:
+        return None
+    about_z = {"origin_orientation": [0, 0, 0], "rotation": [0, 0, 1]}
+    return Chain(
+        [
+            OriginLink(),
+            URDFLink("shoulder", origin_translation=[0, 0, 0], **about_z),
+            URDFLink("elbow", origin_translation=[arm.l1_mm / 1000, 0, 0], **about_z),
+            URDFLink("hand", origin_translation=[arm.l2_mm / 1000, 0, 0], origin_orientation=[0, 0, 0], rotation=None,
+                     joint_type="fixed"),
+        ],
+        active_links_mask=[False, True, True, False],
+    )  # fmt: skip
+
+
+def _by_ikpy(chain, x_mm, y_mm):
+    found = chain.inverse_kinematics([x_mm / 1000, y_mm / 1000, 0], initial_position=[0, 0.3, 0.7, 0])
+    return JointAngles(*np.degrees(found[1:3]))
+
+
+# --- the virtual arm ----------------------------------------------------------------------------------
+
+
+def virtual_arm():
+    """Seconds on the arm's clock for each second of ours: homing, then moves to and fro."""
+    with connect("virtual://arm") as arm:
+        homing = _pace(arm, arm.home)
+        rng = np.random.default_rng(6)
+        goals = [JointAngles(*rng.uniform(-150, 150, 2)) for _ in range(MOVES)]
+        moving = _pace(arm, lambda: [arm.move_to(goal) for goal in goals])
+    return [{"way": "homing", "times": homing}, {"way": f"{MOVES} moves", "times": moving}]
+
+
+def _pace(arm, do):
+    start, arm_start = time.perf_counter(), arm.line.clock()
+    do()
+    return (arm.line.clock() - arm_start) / (time.perf_counter() - start)

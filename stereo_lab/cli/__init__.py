@@ -1,0 +1,131 @@
+"""The command ``stereo-lab``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from stereo_lab.cli.arm import run_arm
+from stereo_lab.cli.checks import run_bench, run_test
+from stereo_lab.cli.terminal import BAD_INPUT, STOPPED, clear_line
+from stereo_lab.cli.vision import run_calibrate, run_demo, run_detect, run_import, run_render
+from stereo_lab.errors import StereoLabError
+
+
+def main(arguments=None):
+    """Run one command; returns the exit code 0 (done), 1 (found wanting) or 2 (bad usage or input)."""
+    options = _parser().parse_args(arguments)
+    try:
+        return options.run(options)
+    except StereoLabError as error:
+        clear_line()
+        print(f"stereo-lab: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except OSError as error:
+        clear_line()
+        print(f"stereo-lab: {error.filename or ''} {error.strerror or error}".strip(), file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        clear_line()
+        print("stereo-lab: stopped; nothing is left half written.", file=sys.stderr)
+        return STOPPED
+
+
+def _parser():
+    parser = argparse.ArgumentParser(
+        prog="stereo-lab", description="See in 3D with two webcams: calibrate, find the ball, locate it."
+    )
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    def add(name, run, text, example, **more):
+        epilog = f"example:  stereo-lab {example}"
+        command = commands.add_parser(name, help=text, description=text, epilog=epilog, **more)
+        command.set_defaults(run=run)
+        return command
+
+    demo = add(
+        "demo",
+        run_demo,
+        "Run the whole chain on a recording, beside the paper's numbers.",
+        "demo bench --report demo.html",
+    )
+    _add_recording(demo)
+    demo.add_argument(
+        "--report", metavar="FILE", default="demo.html", help="picture report to write (default: %(default)s)"
+    )
+
+    calibrate = add(
+        "calibrate", run_calibrate, "Calibrate the two cameras of a recording.", "calibrate data/bench --json cal.json"
+    )
+    _add_recording(calibrate)
+    calibrate.add_argument("--save", metavar="FILE", help="write the calibration itself, to be loaded in Python")
+
+    detect = add("detect", run_detect, "Find the ball in pictures.", "detect data/bench/snaps/left/000.jpg --color red")
+    detect.add_argument("images", nargs="+", metavar="IMAGE")
+    colors = detect.add_mutually_exclusive_group()
+    colors.add_argument("--color", default="red", help="red, orange, yellow, green or blue (default: %(default)s)")
+    colors.add_argument("--color-from", metavar="CSV", help="learn the colour from marked balls: file,u,v,radius_px")
+    detect.add_argument("--method", choices=("paper", "cone"), default="cone")
+    _add_json(detect)
+
+    bring = add(
+        "import", run_import, "Make a recording from board pictures you have.",
+        'import --left "shots/left*.jpg" --right "shots/right*.jpg" --board 9x6 --square-mm 25 --out data/mine',
+    )  # fmt: skip
+    bring.add_argument("--left", required=True, metavar="GLOB", help="pattern of the left pictures, in quotes")
+    bring.add_argument("--right", required=True, metavar="GLOB")
+    bring.add_argument("--board", required=True, metavar="9x6", help="inner corners, columns x rows")
+    bring.add_argument("--square-mm", required=True, metavar="MM", help="side of one square in millimetres")
+    bring.add_argument("--out", required=True, metavar="DIR", help="folder to make")
+    bring.add_argument("--ball-color", default="red", metavar="NAME")
+    bring.add_argument("--ball-mm", default="40", metavar="MM", help="diameter of the ball (default: %(default)s)")
+    _add_json(bring)
+
+    render = add(
+        "render",
+        run_render,
+        "Make a shipped recording again (needs the extra: render).",
+        "render bench --out /tmp/bench --seed 7",
+    )
+    render.add_argument("name", metavar="NAME", help="bench, clutter, second_rig, or a rig file of your own (.json)")
+    render.add_argument("--out", metavar="DIR", help="folder to make (default: data/NAME)")
+    render.add_argument("--seed", type=int, help="other poses and other noise")
+    render.add_argument("--sets", metavar="SET,SET", help="only these sets")
+    _add_json(render)
+
+    arm = add(
+        "arm",
+        run_arm,
+        "Talk to an arm: list the ports, or name one and say what to do. Only home, move and calibrate move it.",
+        "arm virtual://arm move 30 45",
+    )
+    arm.add_argument("url", metavar="list|URL", help="list, or a port: virtual://arm, COM3, /dev/ttyUSB0, socket://…")
+    arm.add_argument(
+        "action", nargs="?", default="status", choices=("status", "home", "move", "calibrate", "monitor"),
+        help="what to do (default: %(default)s)",
+    )  # fmt: skip
+    arm.add_argument("angles", nargs="*", metavar="DEGREES", help="for move: shoulder and elbow")
+    arm.add_argument("--seconds", type=float, default=None, metavar="S", help="for monitor: stop after so long")
+    _add_json(arm)
+
+    bench = add(
+        "bench", run_bench, "Measure speed and accuracy beside the alternatives, on this computer.",
+        "bench --json bench.json",
+    )  # fmt: skip
+    _add_recording(bench)
+
+    test = add("test", run_test, "Run the tests: package and notebooks.", "test")
+    test.add_argument("--all", action="store_true", help="everything that continuous integration runs")
+    return parser
+
+
+def _add_recording(parser):
+    parser.add_argument(
+        "recording", nargs="?", metavar="REC",
+        help="folder or name of a recording (default: $STEREO_LAB_RECORDING, else the shipped bench)",
+    )  # fmt: skip
+    _add_json(parser)
+
+
+def _add_json(parser):
+    parser.add_argument("--json", metavar="FILE", help="write the numbers as JSON; - for the terminal")

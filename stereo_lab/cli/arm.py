@@ -1,0 +1,100 @@
+"""``stereo-lab arm``: talk to an arm from the terminal."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import time
+
+from stereo_lab.cli.terminal import OK, write_json_option
+from stereo_lab.errors import StereoLabError
+
+
+def run_arm(options):
+    from stereo_lab.arm import connect, ports
+
+    if options.url == "list":
+        for name, description in ports():
+            print(f"{name:20s} {description}")
+        write_json_option(options.json, [{"port": name, "description": text} for name, text in ports()])
+        return OK
+    if (options.action == "move") != bool(options.angles):
+        raise StereoLabError("Expected two angles after move and none otherwise, as in: arm virtual://arm move 30 45")
+    quiet = contextlib.redirect_stdout(sys.stderr) if options.json == "-" else contextlib.nullcontext()
+    with connect(options.url) as arm, quiet:
+        facts = ARM_ACTIONS[options.action](arm, options)
+    write_json_option(options.json, facts)
+    return OK
+
+
+def _arm_status(arm, options):
+    status = arm.status()
+    print(f"{arm.name}: {status.state}, joints at {_degrees(status.position_deg)}")
+    if not all(status.homed):
+        print("not homed since it was switched on: the angles count from where the joints stood then.")
+    low_high = "; ".join(f"joint {k} turns from {low:g} to {high:g}" for k, (low, high) in enumerate(arm.limits_deg, 1))
+    print(f"{low_high} degrees; supply {arm.supply_v:g} V")
+    return {"state": status.state, "angles_deg": list(status.position_deg), "homed": list(status.homed)}
+
+
+def _arm_home(arm, options):
+    print("The arm moves: homing both joints …", flush=True)
+    reached = arm.home()
+    print(f"homed; joints at {_degrees((reached.theta1_deg, reached.theta2_deg))}")
+    return {"angles_deg": [reached.theta1_deg, reached.theta2_deg]}
+
+
+def _arm_move(arm, options):
+    from stereo_lab.files import finite_number
+    from stereo_lab.kinematics import JointAngles
+
+    if len(options.angles) != 2:
+        raise StereoLabError(f"move: expected two angles, shoulder and elbow; got {len(options.angles)}.")
+    goal = JointAngles(*(finite_number(word, f"move, joint {k}") for k, word in enumerate(options.angles, 1)))
+    if not arm.homed:
+        print("stereo-lab: not homed; the angles count from where the joints stand now.", file=sys.stderr)
+    reached = arm.move_to(goal)
+    print(f"reached {_degrees((reached.theta1_deg, reached.theta2_deg))}")
+    return {"angles_deg": [reached.theta1_deg, reached.theta2_deg]}
+
+
+def _arm_calibrate(arm, options):
+    facts = {}
+    print("The arm moves: each motor is pushed to and fro …", flush=True)
+    for joint in (1, 2):
+        found = arm.calibrate(joint)
+        for name, fit in (("counter-clockwise", found.ccw), ("clockwise", found.cw)):
+            print(
+                f"joint {joint} {name:17s}  turns from {fit.starts_at_v:.2f} V, {fit.speed_per_volt:.0f} deg/s per volt "
+                f"above {fit.dead_band_v:.2f} V, time constant {1000 * fit.time_constant_s:.0f} ms"
+            )
+            facts[f"joint {joint} {name}"] = {
+                "starts_at_v": fit.starts_at_v, "dead_band_v": fit.dead_band_v, "speed_per_volt": fit.speed_per_volt,
+                "time_constant_s": fit.time_constant_s, "worst_residual_deg": float(abs(fit.residuals_deg).max()),
+            }  # fmt: skip
+    print("The controller keeps these until it is switched off.")
+    return facts
+
+
+def _arm_monitor(arm, options):
+    seconds = options.seconds
+    print("Every line is a look at the arm; Ctrl-C ends it.")
+    start = time.monotonic()
+    rows = []
+    while seconds is None or time.monotonic() - start < seconds:
+        status = arm.status()
+        rows.append({"state": status.state, "angles_deg": list(status.position_deg), "time_ms": status.time_ms})
+        print(f"{status.time_ms / 1000:8.1f} s  {status.state:5s} {_degrees(status.position_deg)}", flush=True)
+        arm.wait(0.2)
+        time.sleep(0.2 if hasattr(arm.port, "link_deg") else 0)  # a virtual arm's time is not ours
+        del rows[:-1000]
+    return rows
+
+
+def _degrees(angles):
+    return ", ".join(f"{angle:.2f}" for angle in angles) + " degrees"
+
+
+ARM_ACTIONS = {
+    "status": _arm_status, "home": _arm_home, "move": _arm_move, "calibrate": _arm_calibrate, "monitor": _arm_monitor,
+}  # fmt: skip

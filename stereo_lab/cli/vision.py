@@ -1,0 +1,151 @@
+"""The commands of the cameras: demo, calibrate, detect, import, render."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+
+from stereo_lab.cli.terminal import OK, WANTING, Progress, me, write_json_option
+from stereo_lab.errors import StereoLabError
+
+
+def run_demo(options):
+    from stereo_lab import report
+    from stereo_lab.evaluation import evaluate
+    from stereo_lab.recording import open_recording
+
+    recording = open_recording(options.recording)
+    quiet = options.json == "-"
+    say = (lambda *_: None) if quiet else print
+    kind = "rendered recording: made by a renderer, not by cameras" if recording.rendered else "camera recording"
+    say(f"{recording.title}\n({kind}; {recording.path})\n")
+    with Progress() as progress:
+        results = evaluate(recording, progress)
+    say(report.page(results))
+    report.write(results, options.report)
+    say(f"\nThe pictures of this run: {Path(options.report).resolve()}")
+    write_json_option(options.json, results.facts())
+    return WANTING if results.calibration.verdict == "poor" else OK
+
+
+def run_calibrate(options):
+    from stereo_lab.calibration import calibrate_recording
+    from stereo_lab.recording import open_recording
+
+    recording = open_recording(options.recording)
+    with Progress() as progress:
+        result = calibrate_recording(recording, lambda done, total: progress("find the boards", done, total))
+    if options.json != "-":
+        print(f"{len(result.used)} of {result.pairs} pairs used; boards found in {result.found}.")
+        for name, why in result.dropped:
+            print(f"  without {name}: {why}")
+        print(
+            f"reprojection error  {result.rms_px:.3f} px (left alone {result.left_rms_px:.3f}, right {result.right_rms_px:.3f})"
+        )
+        print(f"rows after rectification match to {result.vertical_error_px:.3f} px")
+        if result.heldout_vertical_error_px is not None:
+            print(
+                f"on unseen pairs     {result.heldout_vertical_error_px:.3f} px, "
+                f"lengths off by {result.heldout_length_error_percent:.2f} %"
+            )
+        print(f"baseline            {result.baseline_mm:.2f} mm, focal length {result.focal_px:.1f} px (rectified)")
+        print(f"the board is bent by {result.board_bend_mm:.2f} mm; lens model: {result.lens}")
+        print(f"\nverdict: {result.verdict}")
+        for reason in result.reasons:
+            print(f"  {reason}")
+    if options.save:
+        result.save(options.save)
+    write_json_option(options.json, result.facts())
+    return WANTING if result.verdict == "poor" else OK
+
+
+def run_detect(options):
+    from stereo_lab.detection import BallColor, BallDetector
+    from stereo_lab.pictures import read_image
+
+    color = _color_from(options.color_from) if options.color_from else BallColor.named(options.color)
+    detector = BallDetector(color, options.method)
+    images = [(path, read_image(path)) for path in options.images]
+    rows = []
+    for path, image in images:
+        start = time.perf_counter()
+        found = detector.detect(image)
+        ms = round(1000 * (time.perf_counter() - start), 2)
+        ball = (
+            None if found is None else {k: round(float(getattr(found, k)), 3) for k in ("u", "v", "radius_px", "score")}
+        )
+        rows.append({"file": str(path), "ms": ms, "detection": ball})
+        if options.json != "-":
+            place = "no ball" if found is None else f"u {found.u:.1f}  v {found.v:.1f}  radius {found.radius_px:.1f} px"
+            print(f"{path}: {place}")
+    write_json_option(options.json, rows)
+    return OK
+
+
+def _color_from(path):
+    """Learn a colour from a table file,u,v,radius_px; rows without a ball are passed over."""
+    from stereo_lab.detection import BallColor
+    from stereo_lab.files import finite_number, read_table
+    from stereo_lab.pictures import read_image
+
+    images, circles = [], []
+    for where, row in read_table(path, ("file", "u", "v", "radius_px")):
+        if not (row["u"] or "").strip():
+            continue
+        circle = [finite_number(row[k], f"{where}, {k}") for k in ("u", "v", "radius_px")]
+        if circle[2] <= 0:
+            raise StereoLabError(f"{where}, radius_px: expected a number above zero, got {row['radius_px']!r}.")
+        images.append(read_image(Path(path).parent / row["file"].strip()))
+        circles.append(circle)
+    return BallColor.from_samples(images, circles)
+
+
+def run_import(options):
+    from stereo_lab.files import finite_number
+    from stereo_lab.recording import Ball, Board, import_images
+
+    parts = options.board.lower().replace("×", "x").split("x")
+    if len(parts) != 2 or not all(p.strip().isdigit() and int(p) >= 2 for p in parts):
+        raise StereoLabError(f"--board: expected columns x rows of inner corners, as in 9x6; got {options.board!r}.")
+    square, diameter = (
+        finite_number(v, n) for v, n in ((options.square_mm, "--square-mm"), (options.ball_mm, "--ball-mm"))
+    )
+    if square <= 0 or diameter <= 0:
+        raise StereoLabError("--square-mm and --ball-mm: expected numbers above zero.")
+    board = Board(int(parts[0]), int(parts[1]), square)
+    recording = import_images(
+        options.left, options.right, board, options.out, Ball(options.ball_color.lower(), diameter)
+    )
+    pairs = recording.pairs("calibration")
+    print(f"{recording.path}: {len(pairs)} pairs of {recording.image_size[0]}x{recording.image_size[1]} pixels.")
+    print(f"Next: {me()} calibrate {options.out}")
+    write_json_option(
+        options.json, {"path": str(recording.path), "pairs": len(pairs), "image_size": list(recording.image_size)}
+    )
+    return OK
+
+
+def run_render(options):
+    from stereo_lab.recording import REPOSITORY
+
+    folder = REPOSITORY / "data" / "render"
+    rigs = sorted(p.stem for p in (folder / "rigs").glob("*.json"))
+    if options.name not in rigs and not Path(options.name).is_file():
+        raise StereoLabError(f"There is no rig {options.name!r}. Choose one of {', '.join(rigs)}, or name a rig file.")
+    sys.path.insert(0, str(folder))
+    try:
+        import record
+    except ModuleNotFoundError as error:
+        raise StereoLabError(
+            f"Rendering needs {error.name}, which is an extra: .venv/bin/python -m pip install mitsuba==3.9.1"
+        ) from None
+    out = Path(options.out) if options.out else REPOSITORY / "data" / Path(options.name).stem
+    with Progress() as progress:
+        record.record(
+            options.name, out, options.seed, options.sets.split(",") if options.sets else None,
+            lambda done, total, what: progress(what, done, total),
+        )  # fmt: skip
+    print(f"{out} is complete (a rendered recording).")
+    write_json_option(options.json, {"path": str(out)})
+    return OK
