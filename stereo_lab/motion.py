@@ -139,10 +139,15 @@ def tracking_volts(tuning, speed_deg_s, acceleration_deg_s2, error_deg, integral
 
 
 class SlowDownRule:
-    """One move by the paper's rule; :meth:`volts` is asked once every tick."""
+    """One move by the paper's rule; :meth:`volts` is asked once every tick.
 
-    def __init__(self, tuning, start_deg, goal_deg, zone_deg=5.0, cruise_deg_s=180.0):
-        self.goal_deg, self.zone_deg = goal_deg, zone_deg
+    Parameters
+    ----------
+    rule : function like :func:`slow_down_volts`
+    """
+
+    def __init__(self, tuning, start_deg, goal_deg, zone_deg=5.0, cruise_deg_s=180.0, rule=slow_down_volts):
+        self.goal_deg, self.zone_deg, self.rule = goal_deg, zone_deg, rule
         self.way = 1.0 if goal_deg >= start_deg else -1.0
         side = self.way < 0
         self.fast_v = tuning.dead_band_v[side] + cruise_deg_s / tuning.speed_per_volt
@@ -155,7 +160,7 @@ class SlowDownRule:
         left = (self.goal_deg - measured_deg) * self.way
         rests = self._rest.ticks(measured_deg) >= REST_TICKS
         self.done = left <= 0 and rests
-        return self.way * slow_down_volts(left, self.zone_deg, self.fast_v, self.slow_v)
+        return self.way * self.rule(left, self.zone_deg, self.fast_v, self.slow_v)
 
 
 class Profile:

@@ -324,7 +324,7 @@ def test_a_reset_in_mid_move_is_told():
 
 def test_unplugged_in_mid_move_is_told_and_leaving_does_not_raise():
     arm = connect("virtual://arm?unplugged=0.5")
-    with pytest.raises(ArmError, match="is gone.*Plug the arm in again"):
+    with pytest.raises(ArmError, match="is gone.*Plug it in again"):
         arm.move_to(JointAngles(170.0, 0.0))
     arm.close()
     assert not arm.port.is_open

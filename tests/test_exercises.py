@@ -1,12 +1,14 @@
 """Every question: the untouched stub, right answers, each listed wrong answer, on both recordings."""
 
+import math
+
 import numpy as np
 import pytest
 from conftest import ROOT
 
 from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises import LESSONS, ____, questions
-from stereo_lab.exercises.answers import Choice, Function, Number, Wrong, judge
+from stereo_lab.exercises.answers import Choice, Command, Function, Number, Wrong, judge
 from stereo_lab.exercises.question import lesson
 from stereo_lab.recording import open_recording
 
@@ -116,6 +118,14 @@ def test_progress_is_counted(capsys):
         (Function(lambda x: x, ((1.0,), (2.0,)), 0.1), lambda x: None, "return"),
         (Function(lambda x: x, ((1.0,), (2.0,)), 0.1), lambda x: 1.0, "right for 1 of 2"),
         (Function(lambda x: x, ((1.0,), (2.0,)), 0.1), 3.0, "expected a function"),
+        (Function(lambda x: x, ((1.0,),), 0.1), lambda x: x ^ 2, "**"),
+        (Function(math.acos, ((0.5,),), 0.1, domain="brackets?"), lambda x: math.acos(x + 1), "brackets?"),
+        (Function(math.acos, ((0.5,),), 0.1, wrong=(Wrong(lambda x: math.acos(2), "no"),)), lambda x: 9.0, "gives 9"),
+        (Command("MV 2 -30"), "MV 2 −30", "minus of the keyboard"),
+        (Command("MV 2 -30"), "MV 2 -30°", "degrees anyway"),
+        (Command("MV 2 -30"), "MV 2", "this has 2"),
+        (Command("MV 2 -30"), "GO 2 -30", "says something else"),
+        (Command("MV 2 -30"), -30, "in quotes"),
     ],
 )
 def test_what_a_wrong_answer_is_told(kind, answer, says):

@@ -241,6 +241,6 @@ class Line:
 
     def _gone(self, error):
         return ArmError(
-            f"{self.name} is gone ({error}). Plug the arm in again and connect anew; "
-            "its watchdog has stopped the motors."
+            f"{self.name} is gone ({error}). The arm stops by itself: at its goal, by its watchdog, or because it "
+            "lost its power. Plug it in again, connect anew and home it."
         )

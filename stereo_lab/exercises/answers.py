@@ -117,6 +117,7 @@ class Function:
     inputs : tuple of tuples, the arguments of each try
     tolerance : float, in ``unit``
     wrong : tuple of Wrong, their answers functions
+    domain : str, what to say where the function stops with a ValueError, as acos does outside −1…1
     """
 
     right: object
@@ -126,6 +127,7 @@ class Function:
     wrong: tuple = ()
     praise: str = ""
     also: tuple = ()
+    domain: str = ""
 
     def judge(self, answer):
         if not callable(answer):
@@ -135,7 +137,7 @@ class Function:
             try:
                 output = answer(*(np.copy(a) if isinstance(a, np.ndarray) else a for a in arguments))
             except Exception as error:
-                return Verdict(NOT_YET, f"your function stopped with {type(error).__name__}: {error}")
+                return Verdict(NOT_YET, self._stopped(error))
             if is_blank(output):
                 return Verdict(NOT_ATTEMPTED)
             if output is None:
@@ -143,12 +145,18 @@ class Function:
             outputs.append(output)
         return self._compare(outputs)
 
+    def _stopped(self, error):
+        if isinstance(error, ValueError) and self.domain:
+            return self.domain
+        power = " A power is written ** in Python." if "for ^" in str(error) else ""
+        return f"your function stopped with {type(error).__name__}: {error}.{power}"
+
     def _compare(self, outputs):
         fits = [self._same(o, self.right(*a)) for o, a in zip(outputs, self.inputs, strict=True)]
         if all(fits):
             return Verdict(PASS, self.praise or f"right for {len(fits)} tries.")
         for mistake in self.wrong:
-            if all(self._same(o, mistake.answer(*a)) for o, a in zip(outputs, self.inputs, strict=True)):
+            if all(self._same(o, _try(mistake.answer, a)) for o, a in zip(outputs, self.inputs, strict=True)):
                 return Verdict(NOT_YET, mistake.message)
         k = fits.index(False)
         known = f"right for {sum(fits)} of {len(fits)} tries, but " if any(fits) else ""
@@ -164,6 +172,57 @@ class Function:
         if value.shape != right.shape and not (value.size == right.size == 1):
             return False
         return bool(np.all(np.abs(value.reshape(right.shape) - right) <= self.tolerance))
+
+
+@dataclass(frozen=True, eq=False)
+class Command:
+    """A line for the controller of the arm: words, and numbers that may be written in any way.
+
+    Attributes
+    ----------
+    right : str
+    wrong : tuple of Wrong, their answers lines
+    """
+
+    right: str
+    wrong: tuple = ()
+    praise: str = ""
+    also: tuple = ()
+
+    def judge(self, answer):
+        if not isinstance(answer, str):
+            return Verdict(NOT_YET, f"expected a line in quotes, this is {_a(answer)}.")
+        for sign, message in SIGNS.items():
+            if sign in answer:
+                return Verdict(NOT_YET, message)
+        words = _words(answer)
+        if words == _words(self.right):
+            return Verdict(PASS, self.praise)
+        for mistake in self.wrong:
+            if words == _words(mistake.answer):
+                return Verdict(NOT_YET, mistake.message)
+        count = len(_words(self.right))
+        if len(words) != count:
+            return Verdict(NOT_YET, f"expected {count} words with blanks between them, this has {len(words)}.")
+        return Verdict(NOT_YET, f"{answer!r} says something else. Read it aloud, word by word.")
+
+
+SIGNS = {
+    "−": "the arm does not know the sign − of a printed page. Type the minus of the keyboard: -",
+    "°": "no sign ° in the line: the arm counts in degrees anyway.",
+}
+
+
+def _words(line):
+    return [float(w) if w.lstrip("+-").replace(".", "", 1).isdigit() else w.upper() for w in line.split()]
+
+
+def _try(function, arguments):
+    """What a function that makes a known mistake gives; None where it stops."""
+    try:
+        return function(*arguments)
+    except (ValueError, ZeroDivisionError):
+        return None
 
 
 def judge(kind, answer):

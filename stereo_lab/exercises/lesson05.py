@@ -17,7 +17,7 @@ def questions(recording):
     poses = ((l1, l2, 0.0, 90.0), (l1, l2, 30.0, 45.0), (12.0, 9.0, -40.0, 100.0))
     points = ((l1, l2, 0.6 * (l1 + l2), 0.2 * (l1 + l2)), (12.0, 9.0, 5.0, 15.0), (12.0, 9.0, -8.0, -10.0))
     return lesson(
-        "05", _nearest(l1, l2), _forward(poses), _eq5(points), _eq6(points), _other_elbow(), _one_degree(l1 + l2)
+        "05", _nearest(l1, l2), _forward(poses), _eq5(points), _eq6(points), _other_elbow(), _one_degree(l1, l2)
     )
 
 
@@ -70,6 +70,14 @@ def _forward(poses):
                     lambda a, b, s, t: (a * math.cos(s * DEGREE), a * math.sin(s * DEGREE)),
                     "that is the elbow. The forearm is still missing.",
                 ),
+                Wrong(
+                    lambda a, b, s, t: (b * math.cos((s + t) * DEGREE), b * math.sin((s + t) * DEGREE)),
+                    "that is the forearm alone. It starts at the elbow: add the way there.",
+                ),
+                Wrong(
+                    lambda a, b, s, t: forward(a, b, s, -t),
+                    "the forearm points to θ1 + θ2, not to θ1 − θ2: plus is counter-clockwise for both.",
+                ),
             ),
             "the elbow first, then the forearm on top of it.",
         ),
@@ -106,6 +114,10 @@ def _eq5(points):
                 ),
             ),
             "the elbow depends on the distance of the point alone, not on its direction.",
+            domain=(
+                "acos got a number outside −1…1, for a point that is in reach. "
+                "Are there brackets round 2 * l1 * l2, and round everything above the line?"
+            ),
         ),
         hints=(
             "Eq. 5 stands above the cell.",
@@ -140,6 +152,16 @@ def _eq6(points):
                 Wrong(
                     lambda a, b, x, y, t: math.degrees(math.atan(y / x)) - _lead(a, b, t),
                     "right in front of the shoulder, but atan cannot tell left from right. Use atan2(y, x).",
+                ),
+                Wrong(
+                    lambda a, b, x, y, t: math.degrees(
+                        math.atan2(y, x) - math.atan2(b * math.sin(t), a + b * math.cos(t))
+                    ),
+                    "sin and cos got degrees. Turn θ2 into radians first.",
+                ),
+                Wrong(
+                    lambda a, b, x, y, t: math.degrees(math.atan2(y, x)) - _lead(a, b, t) * DEGREE,
+                    "the first part is in degrees, the second in radians. Turn both.",
                 ),
                 Wrong(
                     lambda a, b, x, y, t: math.degrees(math.atan2(y, x)),
@@ -187,17 +209,19 @@ def _other_elbow():
     )  # fmt: skip
 
 
-def _one_degree(reach):
+def _one_degree(l1, l2):
+    reach = l1 + l2
     right = reach * DEGREE
     return dict(
         asks="The arm is stretched out and its shoulder is off by 1°. By how many millimetres is the hand off?",
         answer=Number(
-            right, 0.01 * right, "mm",
+            right, 0.02 * right, "mm",
             (
                 Wrong(reach, "that is a whole radian, 57 degrees."),
                 Wrong(1.0, "a degree is not a millimetre: it is worth more, the longer the arm."),
                 Wrong(2 * right, "once the reach times one degree in radians; you have it twice."),
-                Wrong(reach / 360, "a circle of radius r is 2·π·r long, not r."),
+                Wrong(reach * math.sin(1), "sin counts in radians: this is the sine of 57 degrees."),
+                Wrong(l1 * DEGREE, "that is by how much the elbow is off. The hand is farther out."),
             ),
             f"{right:.1f} mm for a single degree.",
         ),
@@ -219,8 +243,9 @@ def forward(l1, l2, theta1_deg, theta2_deg):
 
 
 def elbow_deg(l1, l2, x, y):
-    """Eq. 5, degrees."""
-    return math.degrees(math.acos(max(-1.0, min(1.0, _cosine(l1, l2, x, y)))))
+    """Eq. 5, degrees; a point out of reach has no angle and raises ValueError, as acos does."""
+    cosine = _cosine(l1, l2, x, y)
+    return math.degrees(math.acos(round(cosine, 12) if abs(cosine) > 1 else cosine))
 
 
 def shoulder_deg(l1, l2, x, y, theta2_deg):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stereo_lab.exercises.answers import Choice, Function, Number, Wrong
+from stereo_lab.exercises.answers import Choice, Command, Function, Number, Wrong
 from stereo_lab.exercises.question import lesson
 from stereo_lab.motion import slow_down_volts
 
@@ -11,21 +11,24 @@ CRUISE, COUNTS = 180.0, 1920.0
 
 def questions(recording):
     """Six questions, the same for every recording; see :mod:`stereo_lab.exercises`."""
-    return lesson("06", _command(), _volts(), _runs_on(), _rule(), _edges(), _unplugged())
+    return lesson("06", _command(), _volts(), _runs_on(), _rule(), _edges(), _silence())
 
 
 def _command():
     return dict(
         asks="Which line turns joint 2 to −30°?",
-        answer=Choice(
+        answer=Command(
             "MV 2 -30",
             (
                 Wrong("MV 1 -30", "that turns the shoulder. Joints are counted from 1; the elbow is 2."),
                 Wrong("MV -30 2", "the joint comes first, then the angle: this asks for joint −30."),
                 Wrong("MV 2 30", "that is 30 degrees counter-clockwise. Minus is clockwise."),
                 Wrong("MA 2 -30", "MA moves both joints: the shoulder to 2 degrees and the elbow to −30."),
+                Wrong("MV elbow -30", "joints have numbers here: the elbow is 2."),
+                Wrong("MV 2", "to where? The angle is missing."),
             ),
             "joint, then angle.",
+            also=("mv 2 -30", "MV  2  -30.0"),
         ),
         hints=(
             "MV moves one joint: MV joint degrees.",
@@ -74,11 +77,14 @@ def _runs_on():
                 Wrong(lambda t, w: w / t, "a sluggish motor (large τ) runs on farther, not less far."),
                 Wrong(lambda t, w: t, "a fast motor runs on farther: the speed belongs into it."),
                 Wrong(lambda t, w: 0.5 * t * w, "it does not slow down evenly: fast at first, then ever slower. Twice that."),
+                Wrong(lambda t, w: 0.37 * t * w, "0.37 is how much of the speed is left after τ, not how far it turned."),
+                Wrong(lambda t, w: 0.63 * t * w, "0.63 is how much of the speed is lost after τ, not how far it turned."),
+                Wrong(lambda t, w: 2 * t * w, "after 2·τ it has nearly stopped, but it was slow for most of that time."),
             ),
             "seconds times degrees per second give degrees.",
         ),
         hints=(
-            "The speed dies out as exp(−t/τ). Its area is how far the motor turns.",
+            "How far it turns is the area under its speed, drawn over time.",
             "Degrees come out when seconds are multiplied by degrees per second.",
             "return tau * ____",
         ),
@@ -89,7 +95,7 @@ def _runs_on():
 
 
 def _rule():
-    tries = tuple((left, 5.0, 2.1, 1.4) for left in (40.0, 5.5, 4.5, 0.3, 0.0, -2.0))
+    tries = tuple((left, 5.0, 2.1, 1.4) for left in (40.0, 5.5, 4.5, 0.3, 0.0, -2.0)) + ((8.0, 12.0, 2.4, 1.3),)
     return dict(
         asks="Write the paper's rule: full speed, slow within the zone, brake at the goal.",
         answer=Function(
@@ -110,6 +116,10 @@ def _rule():
                 Wrong(
                     lambda left, zone, fast, slow: 0.0 if left == 0 else fast if abs(left) > zone else slow,
                     "past the goal (left below zero) yours drives on. Brake there too.",
+                ),
+                Wrong(
+                    lambda left, zone, fast, slow: slow_down_volts(left, 5.0, fast, slow),
+                    "right for a zone of 5 degrees only. Use zone_deg.",
                 ),
             ),
             "three cases, in this order.",
@@ -155,29 +165,27 @@ def _edges():
     )  # fmt: skip
 
 
-def _unplugged():
+def _silence():
     return dict(
-        asks="The cable is pulled while the arm moves. What do the motors do?",
+        asks="The computer falls silent in the middle of a long, slow move. What do the motors do?",
         answer=Choice(
             "they stop after a second",
             (
-                Wrong(
-                    "they stop at once", "nobody tells them: the controller only notices that nothing comes any more."
-                ),
-                Wrong("they go on for ever", "so they would, without a watchdog. This controller has one."),
+                Wrong("they stop at once", "a silent computer looks like a busy one, at first. The controller waits a little."),
+                Wrong("they go on to the goal", "so they would, without a watchdog: the controller knows the goal."),
                 Wrong("they go home", "a machine that has lost its host should not begin new moves."),
             ),
             "the watchdog: no word for a second, and the motors are off.",
         ),
         hints=(
-            "The controller does not feel the cable. It feels silence.",
+            "The controller cannot see the computer. It only hears it, or does not.",
             "It waits for as long as its watchdog says: WD, a second by default.",
-            'unplugged = "they stop after a ____"',
+            'silence = "they stop after a ____"',
         ),
-        code='unplugged = "they stop after a second"',
+        code='silence = "they stop after a second"',
         reason="The watchdog switches the motors off when nothing has been heard for WD milliseconds.",
         reference="they stop after a second",
-    )
+    )  # fmt: skip
 
 
 def volts_for(k, v0, speed):

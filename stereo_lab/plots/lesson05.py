@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.colors import ListedColormap
+from matplotlib.patches import Arc, Patch
 
 from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION
 
@@ -19,6 +21,54 @@ def _plane(ax, title):
     return ax
 
 
+def _arc(ax, corner, start_deg, turn_deg, radius, label):
+    """An angle at a corner: from where it is counted, and how far it turns counter-clockwise."""
+    size = 2 * radius
+    ax.add_patch(Arc(corner, size, size, theta1=start_deg, theta2=start_deg + turn_deg, linewidth=2, zorder=4))
+    middle = np.radians(start_deg + turn_deg / 2)
+    place = corner + 1.28 * radius * np.array([np.cos(middle), np.sin(middle)])
+    ax.annotate(label, place, weight="bold", va="center", bbox=LABEL, zorder=4)
+
+
+def _dotted(ax, start, end):
+    ax.plot([start[0], end[0]], [start[1], end[1]], ":", color=BLACK, linewidth=2)
+
+
+def _corners(ax, points):
+    for name, point, shift in zip(("shoulder", "elbow", "hand"), points, ((-8, -20), (6, -20), (10, 4)), strict=True):
+        ax.plot(*point, "o", color=BLACK, markersize=9, zorder=5)
+        ax.annotate(name, point, xytext=shift, textcoords="offset points")
+
+
+def two_links(points, angles_deg, lengths, title, ax=None):
+    """The paper's Fig. 7: both links with their lengths, both angles with the lines that they are counted from.
+
+    Parameters
+    ----------
+    points : shoulder, elbow, hand, shape (3, 2), mm
+    angles_deg : (θ1, θ2), both above zero
+    lengths : labels of the upper arm and the forearm
+    """
+    ax = ax or plt.gca()
+    shoulder, elbow, hand = np.asarray(points, float)
+    theta1, theta2 = angles_deg
+    long = np.linalg.norm(elbow - shoulder)
+    _dotted(ax, shoulder, shoulder + [0.7 * long, 0])
+    _dotted(ax, elbow, elbow + 0.6 * (elbow - shoulder))
+    for color, a, b, label, shift in (
+        (BLUE, shoulder, elbow, lengths[0], (-12, 12)), (VERMILION, elbow, hand, lengths[1], (-12, 0)),
+    ):  # fmt: skip
+        ax.plot([a[0], b[0]], [a[1], b[1]], "-", color=color, linewidth=5, solid_capstyle="round")
+        ax.annotate(
+            label, (a + b) / 2, xytext=shift, textcoords="offset points", color=color, weight="bold", ha="right",
+        )  # fmt: skip
+    _arc(ax, shoulder, 0, theta1, 0.45 * long, f"θ1 = {theta1:.0f}°")
+    _arc(ax, elbow, theta1, theta2, 0.35 * long, f"θ2 = {theta2:.0f}°")
+    _corners(ax, points)
+    ax.margins(0.2)
+    return _plane(ax, title)
+
+
 def arms(poses, targets_mm, title, ax=None):
     """Arms in their plane.
 
@@ -31,15 +81,14 @@ def arms(poses, targets_mm, title, ax=None):
     for k, (label, points) in enumerate(poses):
         points = np.asarray(points)
         color, dash = STYLES[k % 3]
-        ax.plot(points[:, 0], points[:, 1], dash, color=color, linewidth=5, solid_capstyle="round", zorder=2)
+        style = {"color": color, "linewidth": 5, "solid_capstyle": "round", "zorder": 2, "label": label or None}
+        ax.plot(points[:, 0], points[:, 1], dash, **style)
         ax.plot(points[:2, 0], points[:2, 1], "o", color=BLACK, markersize=9, zorder=3)
-        if label:
-            ax.annotate(
-                label, points[:2].mean(0), ha="center", color=color, weight="bold", bbox=LABEL, zorder=5,
-            )  # fmt: skip
     for x, y in targets_mm:
         ax.plot(x, y, "o", color=ORANGE, markersize=15, markeredgecolor=BLACK, zorder=4)
     ax.margins(0.15)
+    if any(label for label, _ in poses):
+        ax.legend(loc="center left", bbox_to_anchor=(1.02, 0.5), handlelength=4)
     return _plane(ax, title)
 
 
@@ -53,44 +102,46 @@ def reach(near_mm, far_mm, x_mm, y_mm, poses_MxN, balls_mm, title, ax=None):
     balls_mm : ndarray, shape (K, 2)
     """
     ax = ax or plt.gca()
-    colors = plt.matplotlib.colors.ListedColormap(["white", "#cfe6f5", "#8fc4e8"])
-    ax.pcolormesh(x_mm, y_mm, poses_MxN, cmap=colors, vmin=-0.5, vmax=2.5, shading="nearest", rasterized=True)
+    colors = ("white", "#cfe6f5", "#56B4E9")
+    ax.pcolormesh(
+        x_mm, y_mm, poses_MxN, cmap=ListedColormap(colors), vmin=-0.5, vmax=2.5, shading="nearest", rasterized=True
+    )
     for radius in (near_mm, far_mm):
         ax.add_patch(plt.Circle((0, 0), radius, fill=False, color=BLACK, linewidth=1.5, linestyle="--"))
-    ax.plot(balls_mm[:, 0], balls_mm[:, 1], "o", color=ORANGE, markersize=8, markeredgecolor=BLACK)
-    ax.plot(0, 0, "s", color=BLACK, markersize=8)
-    ax.annotate("shoulder", (0, 0), xytext=(8, -14), textcoords="offset points")
+    (balls,) = ax.plot(balls_mm[:, 0], balls_mm[:, 1], "o", color=ORANGE, markersize=8, markeredgecolor=BLACK)
+    (shoulder,) = ax.plot(0, 0, "s", color=BLACK, markersize=8)
+    (rings,) = ax.plot([], [], "--", color=BLACK, linewidth=1.5)
+    ax.legend(
+        [*(Patch(facecolor=c, edgecolor=BLACK) for c in colors[::-1]), rings, balls, shoulder],
+        ["two poses", "one pose", "no pose", "limits of the links alone", "balls", "shoulder"],
+        loc="center left", bbox_to_anchor=(1.02, 0.5),
+    )  # fmt: skip
     return _plane(ax, title)
 
 
-def cosine_triangle(points, lengths, angle_deg, title, ax=None):
-    """The triangle of shoulder, elbow and hand, with θ2 outside at the elbow.
+def cosine_triangle(points, lengths, angles_deg, title, ax=None):
+    """The triangle of shoulder, elbow and hand, with θ2 outside at the elbow and the hand's lead at the shoulder.
 
     Parameters
     ----------
     points : shoulder, elbow, hand, shape (3, 2)
     lengths : labels of the upper arm, the forearm and the line between
-    angle_deg : (θ1, θ2)
+    angles_deg : (θ1, θ2, by how much the hand is ahead of the upper arm, seen from the shoulder)
     """
     ax = ax or plt.gca()
     points = np.asarray(points, float)
-    names = ("shoulder", "elbow", "hand")
     closed = points[[0, 1, 2, 0]]
     ax.plot(closed[:2, 0], closed[:2, 1], "-", color=BLUE, linewidth=4)
     ax.plot(closed[1:3, 0], closed[1:3, 1], "-", color=VERMILION, linewidth=4)
     ax.plot(closed[2:, 0], closed[2:, 1], "--", color=BLACK, linewidth=2)
-    for label, a, b in zip(lengths, closed[:-1], closed[1:], strict=True):
-        ax.annotate(label, (a + b) / 2, xytext=(8, -16), textcoords="offset points", weight="bold")
-    for name, point in zip(names, points, strict=True):
-        ax.plot(*point, "o", color=BLACK, markersize=9)
-        ax.annotate(name, point, xytext=(8, 8), textcoords="offset points")
-    ahead = points[1] + 0.45 * (points[1] - points[0])
-    ax.plot([points[1, 0], ahead[0]], [points[1, 1], ahead[1]], ":", color=BLACK, linewidth=2)
-    size = 0.5 * np.linalg.norm(points[1] - points[0])
-    start, turn = angle_deg
-    ax.add_patch(plt.matplotlib.patches.Arc(points[1], size, size, theta1=start, theta2=start + turn, linewidth=2))
-    middle = np.radians(start + turn / 2)
-    ax.annotate("θ2", points[1] + 0.32 * size * 2 * np.array([np.cos(middle), np.sin(middle)]), weight="bold")
+    places = (((8, -16), "left"), ((8, -16), "left"), ((-8, 8), "right"))
+    for label, a, b, (shift, align) in zip(lengths, closed[:-1], closed[1:], places, strict=True):
+        ax.annotate(label, (a + b) / 2, xytext=shift, textcoords="offset points", weight="bold", ha=align)
+    _corners(ax, points)
+    _dotted(ax, points[1], points[1] + 0.45 * (points[1] - points[0]))
+    long, (theta1, theta2, ahead) = np.linalg.norm(points[1] - points[0]), angles_deg
+    _arc(ax, points[1], theta1, theta2, 0.25 * long, "θ2")
+    _arc(ax, points[0], theta1, ahead, 0.3 * long, "ahead")
     ax.margins(0.18)
     return _plane(ax, title)
 
@@ -104,20 +155,13 @@ def one_degree(points, moves_mm, title, ax=None):
     """
     ax = arms([("", points)], [], title, ax)
     hand = np.asarray(points)[2]
-    for k, (label, (dx, dy)) in enumerate(moves_mm):
-        color = (GREEN, VERMILION)[k % 2]
-        ax.annotate(
-            "",
-            hand + [dx, dy],
-            xytext=hand,
-            arrowprops={"arrowstyle": "-|>", "linewidth": 2.5, "color": color},
-            zorder=5,
-        )
-        ax.plot(*(hand + [1.25 * dx, 1.25 * dy]), alpha=0)  # so that the axes take in the arrow
-        ax.annotate(
-            label, hand + [dx, dy], xytext=(0, (8, -18)[k % 2]), textcoords="offset points", ha="center", color=color,
-            weight="bold", bbox=LABEL,
-        )  # fmt: skip
+    for k, (label, move) in enumerate(moves_mm):
+        color, wide = ((GREEN, 2.5), (VERMILION, 5))[k % 2]  # the second one shows beside the first
+        tip = hand + move
+        arrow = {"arrowstyle": "-|>", "linewidth": wide, "color": color, "shrinkA": 0, "shrinkB": 0}
+        ax.annotate("", tip, xytext=hand, arrowprops=arrow, zorder=4 - k)
+        ax.plot(*tip, color=color, linewidth=wide, label=label)
+    ax.legend(loc="lower right")
     ax.margins(0.15, 0.2)
     return ax
 
@@ -138,9 +182,10 @@ def turret(from_above, from_side, titles, axes):
     above.plot(0, 0, "s", color=BLACK, markersize=9)
     above.set_aspect("equal")
     above.set_xlabel("x (mm)")
-    above.set_ylabel("z (mm), up is towards the cameras")
+    above.set_ylabel("z (mm), the cameras are below")
     above.set_title(titles[0])
     above.margins(0.25)
+    above.invert_yaxis()  # from above, with x to the right, z points down the page
     arms([("", from_side)], [from_side[2]], titles[1], side)
     side.set_xlabel("distance from the turret's axis (mm)")
     return axes

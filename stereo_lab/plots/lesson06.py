@@ -56,10 +56,10 @@ def stops(runs, goal_deg, title, ax=None, zone_deg=0.0, zoom_s=None):
     return ax
 
 
-def plan(time_s, planned_deg_s, real_deg_s, title, ax=None):
-    """The trapezoid of a plan, and what the motor makes of it."""
+def plan(plan_s, planned_deg_s, time_s, real_deg_s, title, ax=None):
+    """The trapezoid of a plan, and what the motor makes of it: speeds over their own times."""
     ax = ax or plt.gca()
-    ax.plot(time_s, planned_deg_s, "--", color=BLACK, linewidth=2, label="plan")
+    ax.plot(plan_s, planned_deg_s, "--", color=BLACK, linewidth=2, label="plan")
     ax.plot(time_s, real_deg_s, "-", color=BLUE, linewidth=2, label="motor")
     ax.set_xlabel("time (s)")
     ax.set_ylabel("speed (degrees per second)")
