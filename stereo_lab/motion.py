@@ -150,8 +150,8 @@ class SlowDownRule:
         self.goal_deg, self.zone_deg, self.rule = goal_deg, zone_deg, rule
         self.way = 1.0 if goal_deg >= start_deg else -1.0
         side = self.way < 0
-        self.fast_v = tuning.dead_band_v[side] + cruise_deg_s / tuning.speed_per_volt
         self.slow_v = tuning.starts_at_v[side]
+        self.fast_v = max(tuning.dead_band_v[side] + cruise_deg_s / tuning.speed_per_volt, self.slow_v)
         self.done = False
         self._rest = _Rest(start_deg)
 

@@ -111,6 +111,19 @@ def test_lines_may_end_in_cr_and_empty_ones_are_passed_over(talk):
     assert len([line for line in talk.lines if line.startswith(("ok", "err"))]) == 1
 
 
+def test_a_flood_of_questions_leaves_it_answering(talk):
+    """More than it can answer or keep: what was cut in two by that is not taken for a command."""
+    talk.say("EN 1")
+    for _ in range(40):
+        talk.say("?\nMV 1 9")
+    talk.listen(1.0)
+    talk.say("")
+    assert talk.ask("N8 ID") == f"ok N8 {wire.IDENTITY}"
+    allowed = (wire.GREETING, "ok", "<", "err 7 overrun", "!done 1")
+    assert not [line for line in talk.lines if not line.startswith(allowed)]
+    assert abs(talk.rest().position_deg[0] - 9) < 0.3
+
+
 def test_checksums(talk):
     assert talk.ask(wire.seal("N1 ID")) == f"ok N1 {wire.IDENTITY}"
     assert talk.ask("CS 1") == wire.seal("ok")

@@ -210,3 +210,9 @@ def test_lost_samples_move_the_place_where_a_motor_stops():
     assert off[5000] < 0.3 < off[2000] < off[1000]
     never = drive(motor, Profile(tuning, 0.0, 90.0), looks_per_s=500)
     assert never.arrived_s > 2.9 and never.rest_deg > 150
+
+
+def test_the_papers_rule_starts_a_slow_move_too():
+    for motor in MOTORS[:20]:
+        tuning = Tuning.of(calibrate_motor(push_of(motor), motor.supply_v))
+        assert abs(drive(motor, SlowDownRule(tuning, 0.0, 30.0, cruise_deg_s=5.0)).rest_deg - 30.0) < 2

@@ -84,7 +84,7 @@ uint16_t crc;
 
 ISR(USART_RX_vect) {
   uint8_t byte = UDR0, next = (rx_head + 1) & 63;
-  if (next == rx_tail) {
+  if (rx_lost || next == rx_tail) {  // once a byte is lost, what follows waits for loop() to know of it
     rx_lost = 1;
   } else {
     rx[rx_head] = byte;
@@ -460,7 +460,7 @@ void tick() {
 char line[LINE_MAX + 1], data[28];
 uint8_t length, args;
 char *arg[7];
-bool too_long;
+bool too_long, skipping;  // skipping: what is left of a line of which bytes were lost
 int16_t number, last_number = -1;
 Code last_code;
 char last_data[28];
@@ -519,8 +519,9 @@ Code move_to(uint8_t which, const float *goals, float pace) {  // which: bit 0 a
     plan_to(joint, goals[j], joint.cruise * share, acceleration);
     joint.way = goals[j] >= joint.position ? 1 : -1;
     uint8_t side = joint.way < 0;
-    joint.fast_v = joint.db[side] + joint.cruise * pace / joint.k;
     joint.slow_v = joint.st[side];
+    joint.fast_v = joint.db[side] + joint.cruise * pace / joint.k;
+    if (joint.fast_v < joint.slow_v) joint.fast_v = joint.slow_v;  // a slow move has to start as well
     begin_move(joint, MOVE);
   }
   return FINE;
@@ -738,7 +739,9 @@ void end_of_line() {
 }
 
 void receive(uint8_t byte) {
-  if (!length && !too_long && byte == '!') {
+  if (skipping) {
+    skipping = byte != '\n' && byte != '\r';
+  } else if (!length && !too_long && byte == '!') {
     halt(true, 'e', 0);
     event("estop", -1);
   } else if (!length && !too_long && byte == '?') {
@@ -814,6 +817,8 @@ void loop() {
   if (rx_lost) {
     rx_lost = 0;
     length = 0;
+    too_long = false;
+    skipping = true;
     number = -1;
     answer(OVERRUN, "");
   }
