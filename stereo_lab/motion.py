@@ -188,7 +188,7 @@ class Profile:
         self.cruise_deg_s, self.acceleration_deg_s2 = cruise_deg_s, acceleration_deg_s2
         self.planned_deg, self.speed_deg_s, self.integral_v = start_deg, speed_deg_s, integral_v
         self.done = False
-        self._rest, self._kick_v = _Rest(start_deg), 0.0
+        self._rest, self.kick_v = _Rest(start_deg), 0.0
 
     def volts(self, measured_deg):
         """The voltage for the next tick; 0 brakes."""
@@ -204,7 +204,7 @@ class Profile:
             return self._settle(self.goal_deg - measured_deg, rests)
         if rests >= REST_TICKS and error * self.speed_deg_s > 0:
             return self._kick(error)
-        self._kick_v = 0.0
+        self.kick_v = 0.0
         self.integral_v += self.tuning.ki_v_per_deg_s * error * TICK_S
         acceleration = (self.speed_deg_s - before) / TICK_S
         return tracking_volts(self.tuning, self.speed_deg_s, acceleration, error, self.integral_v)
@@ -214,13 +214,13 @@ class Profile:
             self.done = rests >= REST_TICKS
         elif rests >= REST_TICKS:
             return self._kick(error)
-        self._kick_v = 0.0
+        self.kick_v = 0.0
         return 0.0
 
     def _kick(self, error):
         """The voltage for a motor that is stuck: what starts it, and more with every tick."""
-        self._kick_v += KICK_V
-        return (1.0 if error > 0 else -1.0) * (self.tuning.starts_at_v[int(error < 0)] + self._kick_v)
+        self.kick_v += KICK_V
+        return (1.0 if error > 0 else -1.0) * (self.tuning.starts_at_v[int(error < 0)] + self.kick_v)
 
 
 class _Rest:

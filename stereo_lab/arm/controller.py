@@ -171,7 +171,8 @@ class Controller:
         self._must_be_on()
         if self.joints[j].busy:
             raise wire.ProtocolError(wire.BUSY)
-        self.joints[j].push_ticks = max(1, round(milliseconds / 1000 / TICK_S))
+        self.joints[j].rule = None
+        self.joints[j].push_ticks = max(1, int(milliseconds / 1000 / TICK_S + 0.5))
         self._begin(self.joints[j], PUSH)
         self._set_duty(j, int(duty))
 
@@ -192,11 +193,12 @@ class Controller:
         joint.tries, joint.homed = 0, False
         self._begin(joint, SEEK)
         joint.rule = joint.plan(joint.position_deg - SEEK_DEG, SEEK_DEG_S, 1000.0)
-        if self.plant.pressed(j):
+        if joint.pressed:
             self._back_off(joint)
 
     def _begin(self, joint, mode):
-        joint.mode, joint.still_ticks, joint.against_deg = mode, 0, 0.0
+        joint.mode, joint.still_ticks = mode, 0
+        joint.against_deg = joint.wrong_deg = 0.0
         self.fault = "-"
 
     def _set(self, joint, name, value):
@@ -215,7 +217,7 @@ class Controller:
         joint = self.joints[_joint(joint)]
         if name not in wire.PARAMETERS:
             raise wire.ProtocolError(wire.ARGUMENT)
-        return f"{joint.parameters[name]:.3f}"
+        return f"{joint.parameters[name] + 0.0:.3f}"  # no -0.000
 
     def _mode(self, word):
         if word not in ("pid", "rule"):
@@ -253,7 +255,7 @@ class Controller:
         """Everything that happens every TICK_S."""
         self.time_ticks += 1
         for j, joint in enumerate(self.joints):
-            joint.look(self.plant.counts(j))
+            joint.look(self.plant.counts(j), self.plant.pressed(j))
             if joint.mode != IDLE:
                 self._control(j, joint)
         if self.watchdog_ms and self._ms_since(self.heard_ticks) > self.watchdog_ms and self.busy:
@@ -303,13 +305,15 @@ class Controller:
         joint.push_ticks -= 1
         if beyond:
             self._finish(j, "limit")
+        elif joint.held:
+            self._stall(j)
         elif joint.push_ticks == 0:
             self._set_duty(j, 0)
         elif joint.push_ticks < 0 and joint.still_ticks >= REST_TICKS:
             self._finish(j, "done")
 
     def _keep_homing(self, j, joint):
-        pressed = self.plant.pressed(j)
+        pressed = joint.pressed
         if joint.mode == REST:
             if joint.still_ticks >= REST_TICKS:
                 joint.homed = True

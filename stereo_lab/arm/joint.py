@@ -11,6 +11,8 @@ RUNAWAY_DEG, FASTER_DEG_S = 0.6, 10.0  # so far against its voltage, and so much
 FOLLOW_DEG = 20.0  # a joint so far behind its plan is stalled
 STALL_TICKS = 250  # by the rule: half a second of voltage without a count is a stall
 STUCK_TICKS, STALL_V = 50, 1.5  # along a profile: so long without a count, with so much more than starts it
+HELD_TICKS = 125  # pushed: the same for so long
+CLOSED_TICKS = 3  # a home switch that is closed for less is a glitch on its wire
 DEFAULTS = {
     "lo": -180.0, "hi": 180.0, "home": -185.0, "cruise": 180.0, "acc": 1000.0, "k": 200.0, "tau": 60.0, "db+": 1.2,
     "db-": 1.6, "st+": 1.4, "st-": 1.85, "zone": 5.0, "counts": 1920.0, "supply": 6.0,
@@ -27,7 +29,8 @@ class Joint:
         self.zero_count, self.zero_deg, self.homed = 0, 0.0, False
         self.position_deg = self.speed_deg_s = 0.0
         self.against_deg = self.against_from_deg_s = 0.0
-        self.still_ticks, self.push_ticks, self.tries = 0, 0, 0
+        self.wrong_deg = 0.0  # turned against a kick
+        self.still_ticks, self.push_ticks, self.closed_ticks, self.tries = 0, 0, 0, 0
         self.retune()
 
     def retune(self):
@@ -36,8 +39,9 @@ class Joint:
         self.degree = 360 / p["counts"]
         self.stall_v = max(p["st+"], p["st-"]) + STALL_V
 
-    def look(self, count):
-        """Take in what the encoder says."""
+    def look(self, count, closed):
+        """Take in what the encoder and the home switch say."""
+        self.closed_ticks = self.closed_ticks + 1 if closed else 0
         position = self.zero_deg + (count - self.zero_count) * self.degree
         turned = position - self.position_deg
         self.position_deg = position
@@ -50,13 +54,26 @@ class Joint:
             if self.against_deg == 0.0:
                 self.against_from_deg_s = abs(self.speed_deg_s)
             self.against_deg += abs(turned)
+            if getattr(self.rule, "kick_v", 0.0):  # it was at rest: nothing but the kick turns it
+                self.wrong_deg += abs(turned)
         elif self.duty:
-            self.against_deg = 0.0
+            self.against_deg = self.wrong_deg = 0.0
 
     @property
     def runs_away(self):
-        """Whether it turns against its voltage, and faster and faster: not just being braked."""
-        return self.against_deg > RUNAWAY_DEG and abs(self.speed_deg_s) > self.against_from_deg_s + FASTER_DEG_S
+        """Whether it turns against its voltage, and faster and faster: not just being braked; or from rest."""
+        faster = abs(self.speed_deg_s) > self.against_from_deg_s + FASTER_DEG_S
+        return (self.against_deg > RUNAWAY_DEG and faster) or self.wrong_deg > RUNAWAY_DEG
+
+    @property
+    def pressed(self):
+        """Whether the home switch is closed, for long enough to be no glitch."""
+        return self.closed_ticks >= CLOSED_TICKS
+
+    @property
+    def held(self):
+        """Whether a push does not turn it that should."""
+        return self.still_ticks > HELD_TICKS and abs(self.duty) * self.parameters["supply"] / 255 > self.stall_v
 
     def stand_at(self, count, angle_deg):
         """Call the place of a count so many degrees."""

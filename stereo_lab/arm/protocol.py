@@ -28,11 +28,12 @@ EVENTS = ("done", "stall", "home", "limit", "runaway", "watchdog", "estop")
 STATES = ("off", "idle", "run", "home", "stop")
 # Parameters of a joint: smallest and largest value that SET takes
 PARAMETERS = {
-    "lo": (-360, 360), "hi": (-360, 360), "home": (-360, 360), "cruise": (1, 720), "acc": (10, 20000),
+    "lo": (-360, 360), "hi": (-360, 360), "home": (-360, 360), "cruise": (1, 720), "acc": (10, 4000),
     "k": (10, 2000), "tau": (5, 1000), "db+": (0, 24), "db-": (0, 24), "st+": (0, 24), "st-": (0, 24),
     "zone": (0, 180), "counts": (16, 65535), "supply": (1, 24),
 }  # fmt: skip
 NUMBER = re.compile(r"-?\d{1,7}(\.\d{1,6})?")
+NO_CHARACTER = re.compile(r"[^\t -~]")
 
 
 @dataclass(frozen=True)
@@ -157,7 +158,7 @@ def decode_command(line, checksum_needed=False):
     if len(line) > LINE_MAX:
         raise ProtocolError(TOO_LONG)
     text, right = unseal(line)
-    if right is False or (right is None and checksum_needed and text.strip()):
+    if right is False or NO_CHARACTER.search(line) or (right is None and checksum_needed and text.strip()):
         raise ProtocolError(CHECKSUM)
     words = text.split()
     number = None

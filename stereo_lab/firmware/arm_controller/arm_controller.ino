@@ -26,7 +26,8 @@ const uint8_t REST_TICKS = 6;
 const float KICK_V = 0.02;
 const float RUNAWAY_DEG = 0.6, FASTER_DEG_S = 10;
 const float FOLLOW_DEG = 20, STALL_V = 1.5;
-const uint16_t STALL_TICKS = 250, STUCK_TICKS = 50;
+const uint16_t STALL_TICKS = 250, STUCK_TICKS = 50, HELD_TICKS = 125;
+const uint8_t CLOSED_TICKS = 3, BRAKE_TICKS = 125;
 const float SEEK_DEG = 400, SEEK_DEG_S = 60, BACK_DEG = 8, CREEP_DEG_S = 10, HOME_ACC = 1000;
 const uint8_t BACK_TRIES = 6;
 const uint8_t LINE_MAX = 63;
@@ -48,11 +49,11 @@ struct Joint {
   // what it does
   Mode mode;
   int16_t duty;
-  float against, against_from;
+  float against, against_from, wrong;  // turned against its voltage; and against a kick from rest
   uint16_t still, push_ticks;
-  uint8_t tries;
+  uint8_t tries, closed;
   // the plan of a move
-  float planned, plan_speed, goal, plan_cruise, plan_acc, integral, kick, way, fast_v, slow_v;
+  float planned, plan_speed, goal, left, plan_cruise, plan_acc, integral, kick, way, fast_v, slow_v;
   uint8_t rests;
 };
 
@@ -64,7 +65,7 @@ struct Parameter {
 #define AT(field) offsetof(Joint, field)
 const Parameter PARAMETERS[] = {
     {"lo", AT(lo), -360, 360},     {"hi", AT(hi), -360, 360},   {"home", AT(home), -360, 360},
-    {"cruise", AT(cruise), 1, 720}, {"acc", AT(acc), 10, 20000}, {"k", AT(k), 10, 2000},
+    {"cruise", AT(cruise), 1, 720}, {"acc", AT(acc), 10, 4000}, {"k", AT(k), 10, 2000},
     {"tau", AT(tau), 5, 1000},     {"db+", AT(db), 0, 24},      {"db-", AT(db) + sizeof(float), 0, 24},
     {"st+", AT(st), 0, 24},        {"st-", AT(st) + sizeof(float), 0, 24},
     {"zone", AT(zone), 0, 180},    {"counts", AT(counts), 16, 65535}, {"supply", AT(supply), 1, 24},
@@ -76,14 +77,18 @@ char fault = '-', fault_joint;
 uint16_t watchdog_ms = 1000, report_ms, dropped;
 uint32_t now_ms, heard_ms, reported_ms;
 volatile uint8_t tick_due;
+uint8_t off_ticks;
 
 // --- the serial line: own buffers, so that a full line never holds up the motors for long ------------------
 
 volatile uint8_t rx[64], rx_head, rx_tail, rx_lost, tx[128], tx_head, tx_tail;
+volatile uint8_t stop_asked, line_start = 1;
 uint16_t crc;
 
 ISR(USART_RX_vect) {
   uint8_t byte = UDR0, next = (rx_head + 1) & 63;
+  if (byte == '!' && line_start) stop_asked = 1;
+  line_start = byte == '\n' || byte == '\r' || (line_start && (byte == '!' || byte == '?'));
   if (rx_lost || next == rx_tail) {  // once a byte is lost, what follows waits for loop() to know of it
     rx_lost = 1;
   } else {
@@ -172,7 +177,7 @@ void say_status() {
   else if (homing(joints[0]) || homing(joints[1])) say("<home");
   else say(joints[0].mode || joints[1].mode ? "<run" : "<idle");
   say(" t=");
-  say_number(now_ms);
+  say_number(now_ms & 0x7FFFFFFF);
   say(" h=");
   say_number(joints[0].homed + 2 * joints[1].homed);
   say(" f=");
@@ -220,7 +225,9 @@ int32_t counts_of(Joint &joint) {
   return edges;
 }
 
-bool pressed(uint8_t j) { return !(PIND & (j ? _BV(PD3) : _BV(PD2))); }
+bool closed_now(uint8_t j) { return !(PIND & (j ? _BV(PD3) : _BV(PD2))); }
+
+bool pressed(uint8_t j) { return joints[j].closed >= CLOSED_TICKS; }  // a glitch on its wire is no switch
 
 void set_duty(uint8_t j, int16_t duty) {
   joints[j].duty = duty;
@@ -236,10 +243,10 @@ void set_duty(uint8_t j, int16_t duty) {
   sei();
 }
 
-void set_enabled(bool on) {
+void set_enabled(bool on) {  // off: the motors are braked already; tick() lets the driver go to standby after that
   enabled = on;
+  off_ticks = 0;
   if (on) PORTB |= _BV(PB0);
-  else PORTB &= ~_BV(PB0);
 }
 
 void set_volts(uint8_t j, float volts) {
@@ -283,14 +290,17 @@ void plan_from_rest(Joint &joint) {
   joint.rests = 0;
 }
 
-void plan_to(Joint &joint, float goal, float cruise, float acceleration) {
+// The way that is left is what the plan counts down: a float has seven digits, and a slow plan far from zero would
+// add less than the last of them to its place, and never end.
+__attribute__((noinline)) void plan_to(Joint &joint, float goal, float cruise, float acceleration) {
   joint.goal = goal;
+  joint.left = goal - joint.planned;
   joint.plan_cruise = cruise;
   joint.plan_acc = acceleration;
 }
 
 void trapezoid_step(Joint &joint) {
-  float left = joint.goal - joint.planned, way = left >= 0 ? 1 : -1;
+  float left = joint.left, way = left >= 0 ? 1 : -1;
   float change = joint.plan_acc * TICK_S;
   float in_time = sqrt(change * change / 4 + 2 * joint.plan_acc * fabs(left)) - change / 2;
   float faster = joint.plan_speed * way + change, slower = joint.plan_speed * way - change;
@@ -298,9 +308,10 @@ void trapezoid_step(Joint &joint) {
   speed = speed > faster ? faster : speed < slower ? slower : speed;
   if (fabs(left) <= fabs(speed) * TICK_S && fabs(speed) <= 2 * change) {
     joint.planned = joint.goal;
-    joint.plan_speed = 0;
+    joint.left = joint.plan_speed = 0;
   } else {
-    joint.planned += way * speed * TICK_S;
+    joint.left -= way * speed * TICK_S;
+    joint.planned = joint.goal - joint.left;
     joint.plan_speed = way * speed;
   }
 }
@@ -320,10 +331,10 @@ float settle_volts(Joint &joint, float error, bool *done) {
 float profile_volts(Joint &joint, bool *done) {
   float before = joint.plan_speed;
   trapezoid_step(joint);
-  float error = joint.planned - joint.position, there = joint.goal - joint.planned;
+  float error = joint.planned - joint.position, there = joint.left;
   if (there * joint.plan_speed >= 0 && (joint.goal - joint.position) * there <= 0) {
     joint.planned = joint.goal;  // ahead of its plan: brake now
-    joint.plan_speed = 0;
+    joint.left = joint.plan_speed = 0;
     return settle_volts(joint, joint.goal - joint.position, done);
   }
   if (joint.rests >= REST_TICKS && error * joint.plan_speed > 0) return kick_volts(joint, error);
@@ -342,10 +353,12 @@ float rule_volts(Joint &joint, bool *done) {
   return joint.way * (left > joint.zone ? joint.fast_v : joint.slow_v);
 }
 
+float most_to_start(const Joint &joint) { return (joint.st[0] > joint.st[1] ? joint.st[0] : joint.st[1]) + STALL_V; }
+
 bool stalls(const Joint &joint, float volts) {
   if (by_rule && joint.mode == MOVE) return joint.still > STALL_TICKS && volts != 0;
-  float most = (joint.st[0] > joint.st[1] ? joint.st[0] : joint.st[1]) + STALL_V;
-  return fabs(joint.planned - joint.position) > FOLLOW_DEG || (joint.still > STUCK_TICKS && fabs(volts) > most);
+  bool behind = fabs(joint.planned - joint.position) > FOLLOW_DEG;
+  return behind || (joint.still > STUCK_TICKS && fabs(volts) > most_to_start(joint));
 }
 
 // --- the control loop --------------------------------------------------------------------------------------
@@ -365,8 +378,9 @@ void look(Joint &joint) {
   if ((turned > 0) != (joint.duty > 0) && joint.duty) {
     if (joint.against == 0) joint.against_from = fabs(joint.speed);
     joint.against += fabs(turned * joint.degree);
+    if (joint.kick > 0) joint.wrong += fabs(turned * joint.degree);  // it was at rest
   } else if (joint.duty) {
-    joint.against = 0;
+    joint.against = joint.wrong = 0;
   }
 }
 
@@ -412,6 +426,7 @@ void keep_homing(uint8_t j, Joint &joint) {
 void keep_pushing(uint8_t j, Joint &joint) {
   if (joint.push_ticks) joint.push_ticks--;
   if ((joint.duty > 0 && joint.position > joint.hi) || (joint.duty < 0 && joint.position < joint.lo)) finish(j, "limit");
+  else if (joint.still > HELD_TICKS && fabs(joint.duty) * joint.supply / 255 > most_to_start(joint)) stall(j);
   else if (joint.push_ticks == 0 && joint.duty) set_duty(j, 0), joint.still = 0;
   else if (joint.push_ticks == 0 && joint.still >= REST_TICKS) finish(j, "done");
 }
@@ -427,8 +442,11 @@ void follow(uint8_t j, Joint &joint) {
 void control(uint8_t j) {
   Joint &joint = joints[j];
   look(joint);
+  if (!closed_now(j)) joint.closed = 0;
+  else if (joint.closed < CLOSED_TICKS) joint.closed++;
   if (joint.mode == IDLE) return;
-  if (joint.against > RUNAWAY_DEG && fabs(joint.speed) > joint.against_from + FASTER_DEG_S) {
+  bool faster = joint.against > RUNAWAY_DEG && fabs(joint.speed) > joint.against_from + FASTER_DEG_S;
+  if (faster || joint.wrong > RUNAWAY_DEG) {
     halt(true, 'r', '1' + j);
     event("runaway", j);
   } else if (joint.mode == MOVE) {
@@ -443,6 +461,7 @@ void control(uint8_t j) {
 void tick() {
   now_ms += TICK_MS;
   for (uint8_t j = 0; j < 2; j++) control(j);
+  if (!enabled && off_ticks < BRAKE_TICKS && ++off_ticks == BRAKE_TICKS) PORTB &= ~_BV(PB0);
   if (watchdog_ms && (joints[0].mode || joints[1].mode) && now_ms - heard_ms > watchdog_ms) {
     halt(false, 'w', 0);
     set_enabled(false);
@@ -460,7 +479,8 @@ void tick() {
 char line[LINE_MAX + 1], data[28];
 uint8_t length, args;
 char *arg[7];
-bool too_long, skipping;  // skipping: what is left of a line of which bytes were lost
+bool asked, too_long, spoiled;  // spoiled: there are bytes in the line that are no characters
+bool skipping;                  // over what is left of a line of which bytes were lost
 int16_t number, last_number = -1;
 Code last_code;
 char last_data[28];
@@ -487,7 +507,7 @@ bool read_number(const char *text, float low, float high, float *value, Code *co
 void begin_move(Joint &joint, Mode mode) {
   joint.mode = mode;
   joint.still = 0;
-  joint.against = 0;
+  joint.against = joint.wrong = joint.kick = 0;
   fault = '-';
 }
 
@@ -706,12 +726,13 @@ bool take_number() {  // Nseq in front: N and one to four digits
 void end_of_line() {
   line[length] = 0;
   uint8_t had = length;
-  bool long_line = too_long;
+  bool long_line = too_long, bad = spoiled;
   length = 0;
-  too_long = false;
+  too_long = spoiled = false;
   number = -1;
   if (long_line) return answer(TOO_LONG, "");
   if (!had) return;
+  if (bad) return answer(CHECKSUM, "");
   char *star = strrchr(line, '*');
   if (star) {
     uint16_t value = 0xFFFF;
@@ -743,14 +764,14 @@ void receive(uint8_t byte) {
     skipping = byte != '\n' && byte != '\r';
   } else if (!length && !too_long && byte == '!') {
     halt(true, 'e', 0);
-    event("estop", -1);
   } else if (!length && !too_long && byte == '?') {
     heard_ms = now_ms;
-    say_status();
+    asked = true;
   } else if (byte == '\n' || byte == '\r') {
     end_of_line();
   } else if (length < LINE_MAX) {
     line[length++] = byte;
+    if ((byte < ' ' || byte > '~') && byte != '\t') spoiled = true;
   } else {
     too_long = true;
   }
@@ -798,6 +819,7 @@ void setup() {
   PCICR = _BV(PCIE1);
   start_joint(joints[0], 180, -185);
   start_joint(joints[1], 160, -165);
+  off_ticks = BRAKE_TICKS;
   joints[0].lines = PINC & 3;
   joints[1].lines = PINC >> 2 & 3;
   sei();
@@ -808,27 +830,35 @@ void setup() {
   end_line();
 }
 
-void loop() {
-  while (rx_tail != rx_head) {
-    uint8_t byte = rx[rx_tail];
-    rx_tail = (rx_tail + 1) & 63;
-    receive(byte);
-  }
-  if (rx_lost) {
-    rx_lost = 0;
-    length = 0;
-    too_long = false;
-    skipping = true;
-    number = -1;
-    answer(OVERRUN, "");
+void loop() {  // the motors first: however much comes down the line, no tick is missed and no stop waits
+  if (stop_asked) {
+    stop_asked = 0;
+    halt(true, 'e', 0);
+    event("estop", -1);
   }
   if (tick_due) {
     tick_due = 0;
     tick();
-    return;
+  }
+  if (asked && tx_waiting() < 128 - 100) {
+    asked = false;
+    say_status();
+  }
+  while (!stop_asked && !tick_due && rx_tail != rx_head && tx_waiting() < 128 - 60) {
+    uint8_t byte = rx[rx_tail];
+    rx_tail = (rx_tail + 1) & 63;
+    receive(byte);
+  }
+  if (rx_lost && rx_tail == rx_head) {  // all that came before the gap has been read
+    rx_lost = 0;
+    length = 0;
+    too_long = spoiled = false;
+    skipping = true;
+    number = -1;
+    answer(OVERRUN, "");
   }
   cli();  // nothing to do: sleep until the next interrupt
-  if (!tick_due && rx_tail == rx_head) {
+  if (!tick_due && !stop_asked && (rx_tail == rx_head || tx_waiting() >= 128 - 60)) {
     sleep_enable();
     sei();
     sleep_cpu();
