@@ -19,3 +19,7 @@ class UnreachableTargetError(StereoLabError):
 
 class ArmError(StereoLabError):
     """An arm that does not answer, refuses, or stopped by itself."""
+
+
+class RefusedError(ArmError):
+    """A command that the arm understood and refused: nothing has moved by it."""

@@ -188,6 +188,62 @@ def test_stop_by_another_thread_ends_a_move_and_the_next_may_begin():
         arm.move_to(JointAngles(60.0, 0.0))
 
 
+def test_stop_by_another_thread_between_two_moves_is_not_undone():
+    with connect("virtual://arm") as arm:
+        arm.move_to(JointAngles(5.0, 5.0))
+        thread = threading.Thread(target=arm.stop)
+        thread.start()
+        thread.join()
+        with pytest.raises(ArmError, match="stopped by another part of this program"):
+            arm.move_to(JointAngles(10.0, 5.0))
+        assert arm.angles().theta1_deg == pytest.approx(5, abs=0.2)
+        arm.move_to(JointAngles(10.0, 5.0))  # told once
+
+
+def test_interrupted_while_a_move_is_being_sent_stops_it(arm, monkeypatch):
+    """Ctrl-C after the command has gone out and before its reply came."""
+    arm.enable()
+    await_reply = arm.line._await_reply
+
+    def interrupted(number, until):
+        monkeypatch.setattr(arm.line, "_await_reply", await_reply)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(arm.line, "_await_reply", interrupted)
+    monkeypatch.setattr(arm, "_switch_on", lambda: None)
+    with pytest.raises(KeyboardInterrupt):
+        arm.move_to(JointAngles(170.0, 0.0))
+    arm.port.sleep(0.5)
+    assert arm.port.at_rest and arm.port.motor_deg[0] < 20
+
+
+def test_an_arm_whose_answers_are_lost_is_stopped_with_the_error():
+    arm = connect("virtual://arm?silent=0.4")  # it hears us, and we do not hear it
+    with pytest.raises(ArmError, match="does not answer"):
+        arm.move_to(JointAngles(170.0, 0.0))
+    arm.port.sleep(0.3)
+    assert arm.port.at_rest  # not a watchdog's second later
+
+
+def test_a_silent_arm_is_left_within_a_second():
+    arm = connect("virtual://arm?silent=0.4")
+    arm.port.sleep(0.5)
+    before = arm.port.clock()
+    with pytest.raises(ArmError):
+        arm.stop()
+    assert arm.port.clock() - before < 1
+
+
+def test_a_move_that_never_ends_is_given_up():
+    def moving(text):
+        return ["<run t=1 h=3 f=- p=1.00,0.00 v=0,0 lost=0 drop=0>"] if text == "?" else polite(text)
+
+    port = ScriptedPort(moving)
+    with pytest.raises(ArmError, match="nothing turns"):
+        connect(port).move_to(JointAngles(1, 1))
+    assert port.sent[-1] == "!"
+
+
 def test_limits_can_be_those_of_a_recording(arm, second_rig):
     arm.set_limits(second_rig.arm.limits_deg)
     assert arm.limits_deg == second_rig.arm.limits_deg
@@ -214,6 +270,31 @@ def test_bad_targets_are_refused_before_anything_is_sent(angles, words):
     with pytest.raises(StereoLabError, match=words):
         arm.move_to(angles)
     assert len(port.sent) == before
+
+
+def test_each_joint_has_its_own_supply(arm):
+    arm.set(2, "supply", 12)
+    assert arm.supply_v == (6, 12)
+    with pytest.raises(UnreachableTargetError, match="12 V"):
+        arm.push(2, 12.5, 0.05)
+    with pytest.raises(UnreachableTargetError, match="6 V"):
+        arm.push(1, 6.5, 0.05)
+
+
+@pytest.mark.parametrize(("arguments", "words"), [
+    ((1, float("nan"), 0.1), "Nothing was sent"), ((1, 2.0, float("inf")), "seconds"), ((1, 2.0, float("nan")), "seconds"),
+    ((3, 2.0, 0.1), "joint 1 or 2"),
+])  # fmt: skip
+def test_bad_pushes_are_refused_before_anything_is_sent(arm, arguments, words):
+    with pytest.raises(StereoLabError, match=words):
+        arm.push(*arguments)
+    assert arm.status().state == "off"
+
+
+def test_a_calibration_without_room_is_told(arm):
+    arm.set_limits(((-10, 10), (-160, 160)))
+    with pytest.raises(UnreachableTargetError, match="end of its range"):
+        arm.calibrate(1)
 
 
 def test_a_push_beyond_the_supply_is_refused(arm):
@@ -433,6 +514,23 @@ def test_moves_arrive_through_noise():
             assert (reached.theta1_deg, reached.theta2_deg) == pytest.approx(
                 (goal.theta1_deg, goal.theta2_deg), abs=0.15
             )
+
+
+def test_a_burst_of_noise_is_waited_out():
+    """The controller hears nothing but noise for half a second: no reason to give up."""
+    port = ScriptedPort(lambda text: ["err 1 checksum"] if 1 < port.time < 1.5 else polite(text))
+    arm = connect(port)
+    port.time = 1.01
+    assert arm.get(1, "lo") == -180 and port.time > 1.5
+
+
+def test_a_controller_that_hears_only_noise_is_named():
+    port = ScriptedPort(lambda text: ["err 1 checksum"] if port.time > 1 else polite(text))
+    arm = connect(port)
+    port.time = 1.01
+    with pytest.raises(ArmError, match="hears noise"):
+        arm.get(1, "lo")
+    assert 0.8 < port.time - 1.01 < 1
 
 
 def test_a_board_on_usb_gets_time_to_start(monkeypatch):

@@ -92,7 +92,7 @@ def test_it_greets_and_says_what_it_is(talk):
         ("MV 3 10", "err 3 argument"), ("MV 1 ten", "err 3 argument"), ("MV 1 nan", "err 3 argument"),
         ("MV 1 1e3", "err 3 argument"), ("MV 1 10 100 5", "err 3 argument"), ("MV 1 181", "err 4 limit"),
         ("MA 0 -161", "err 4 limit"), ("MV 1 10", "err 5 off"), ("PW 1 100 100", "err 5 off"), ("HM 1", "err 5 off"),
-        ("PW 1 256 100", "err 4 limit"), ("PW 1 100 2001", "err 4 limit"), ("EN 2", "err 3 argument"),
+        ("PW 1 256 100", "err 4 limit"), ("SET 1 acc 4001", "err 4 limit"), ("PW 1 100 2001", "err 4 limit"), ("EN 2", "err 3 argument"),
         ("SET 1 speed 3", "err 3 argument"), ("SET 1 k 5", "err 4 limit"), ("GET 1 speed", "err 3 argument"),
         ("RP 10", "err 4 limit"), ("WD 50", "err 4 limit"), ("MODE fast", "err 3 argument"), ("MV 1 10 0", "err 4 limit"),
         ("x" * 64, "err 6 too long"), ("ID*0000", "err 1 checksum"), ("ID*", "err 1 checksum"), ("N8 ID ", "ok N8 armkit"),
@@ -122,6 +122,39 @@ def test_a_flood_of_questions_leaves_it_answering(talk):
     allowed = (wire.GREETING, "ok", "<", "err 7 overrun", "!done 1")
     assert not [line for line in talk.lines if not line.startswith(allowed)]
     assert abs(talk.rest().position_deg[0] - 9) < 0.3
+
+
+def test_a_flood_holds_up_neither_the_motors_nor_a_stop(talk):
+    talk.ask("SET 1 hi 40")
+    talk.ask("EN 1")
+    talk.say("MV 1 40")
+    for _ in range(40):
+        talk.say("?" * 100, b"")
+        talk.listen(0.02)
+    assert talk.bench.motor_deg(0) == pytest.approx(40, abs=1)
+    talk.listen(1)
+    talk.say("\nMV 1 0")
+    talk.listen(0.05)
+    here = talk.bench.motor_deg(0)
+    talk.say("?" * 100 + "\n!")
+    talk.listen(1, "!estop")
+    talk.listen(0.3)
+    assert abs(talk.bench.motor_deg(0) - here) < 8 and talk.status().state == "stop"
+
+
+def test_a_slow_plan_far_from_zero_ends(talk):
+    """One joint hardly moves, and slowly, so that both arrive together: its steps are far below a count."""
+    talk.ask("EN 1")
+    talk.ask("ZE 2 140.06")
+    talk.ask("MA 40 140.062 10")
+    assert talk.rest(8).position_deg == (pytest.approx(40, abs=0.2), pytest.approx(140.06, abs=0.2))
+
+
+@pytest.mark.parametrize("byte", [b"\0", b"\x0b", b"\x85", b"\xa0", b"\x7f"])
+def test_bytes_that_are_no_characters_spoil_their_line(talk, byte):
+    for line in (b"ID" + byte + b"\n", byte + b"ID\n", byte + b"\n", wire.encode_command("ID", 3)[:-1] + byte + b"\n"):
+        talk.port.write(line)
+        assert talk.listen(0.5, ("ok", "err")) == "err 1 checksum"
 
 
 def test_checksums(talk):
@@ -331,7 +364,10 @@ def test_reports_come_by_themselves(talk):
 def test_a_reversed_encoder_is_stopped_within_five_degrees(talk):
     talk.ask("EN 1")
     talk.bench.fault("reverse", 1)
-    for command in ("MV 1 90", "PW 1 255 500", "HM 1"):
+    for command in ("MV 1 90", "PW 1 255 500", "HM 1", "ZE 1", "MV 1 0.3", "ZE 1", "MV 1 -0.6"):
+        if command == "ZE 1":
+            talk.ask(command)
+            continue
         here = talk.bench.motor_deg(0)
         assert talk.ask(command) == "ok"
         talk.listen(1, "!runaway 1 ")
@@ -353,6 +389,11 @@ def test_a_held_joint_is_a_stall_and_both_stop(talk):
     talk.ask("MODE rule")
     talk.ask("MV 2 90")
     assert talk.rest().fault == "s2"
+    talk.ask("PW 2 255 2000")
+    began = talk.clock()
+    assert talk.rest().fault == "s2" and talk.clock() - began < 0.6
+    talk.ask("PW 2 60 400")  # a push that need not turn it is none
+    assert talk.rest().fault == "-"
 
 
 def test_the_client_homes_moves_and_calibrates(bench):

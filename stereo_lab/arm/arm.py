@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import logging
+import threading
 
 import serial
 
 from stereo_lab.arm import protocol as wire
 from stereo_lab.arm.line import Line, open_port
-from stereo_lab.errors import ArmError, StereoLabError, UnreachableTargetError
+from stereo_lab.errors import ArmError, RefusedError, StereoLabError, UnreachableTargetError
 from stereo_lab.kinematics import JointAngles
 from stereo_lab.motors import calibrate_motor
 
 ASK_S = 0.1  # how often a moving arm is asked how it is; this also feeds its watchdog
-STOP_S, STOP_TRIES = 0.1, 20  # how long a stop waits to be confirmed before it is sent again, and how often
+STOP_S, STOP_TRIES = 0.1, 9  # how long a stop waits to be confirmed before it is sent again, and how often
+STANDSTILL_S = 5.0  # a move in which nothing turns for so long will not end
 GENTLY_PERCENT = 30  # of the usual speed, for the last bit
 ONE_SIDE_DEG = 3.0  # more than the backlash of a worn gear
 ROOM_DEG = 30.0  # a calibration that starts so near the middle has room enough
@@ -62,13 +64,14 @@ class Arm:
     ----------
     port : the pyserial port
     limits_deg : ((low, high), (low, high)), as the controller has them
+    supply_v : (float, float), what its motors get at most
     """
 
     def __init__(self, port):
         self.port, self.line = port, Line(port)
         self.name = self.line.name
         self.limits_deg, self.supply_v = None, None
-        self._number, self._asked_to_stop = 0, False
+        self._number, self._stopped_by = 0, None
 
     def __repr__(self):
         return f"Arm({self.name!r})"
@@ -132,8 +135,11 @@ class Arm:
         return self.angles()
 
     def stop(self):
-        """Stop both motors at once. A move that is waited for elsewhere ends with an ArmError."""
-        self._asked_to_stop = True
+        """Stop both motors at once.
+
+        Where another thread waits for a move, or is about to begin one, that ends with an ArmError.
+        """
+        self._stopped_by = threading.get_ident()
         for _ in range(STOP_TRIES):
             self.line.write(b"\n" + wire.STOP + b"\n")
             status = self.line.status_once(self.line.clock() + STOP_S)
@@ -144,7 +150,7 @@ class Arm:
     def enable(self):
         """Switch the motors on, also after a stop, when whatever caused it is mended."""
         self.command("EN 1")
-        self._asked_to_stop = False
+        self._stopped_by = None
 
     def disable(self):
         """Stop the motors and switch them off."""
@@ -192,8 +198,8 @@ class Arm:
     def set(self, joint, name, value):
         """Set a parameter of a joint."""
         self.command(f"SET {joint} {name} {_decimal(value)}")
-        if name in ("lo", "hi"):
-            self._read_limits()
+        if name in ("lo", "hi", "supply"):
+            self._read_bounds()
 
     def set_limits(self, limits_deg):
         """Tell the controller how far its joints may turn, as a recording's arm says it."""
@@ -204,18 +210,39 @@ class Arm:
     def push(self, joint, volts, seconds):
         """Give a motor a voltage for some time, and wait until it is at rest.
 
+        Parameters
+        ----------
+        joint : 1 or 2
+        volts : float, with a sign, up to the supply's
+        seconds : float, 0.001 to 2
+
         Returns
         -------
         float
             By how many degrees the joint turned.
+
+        Raises
+        ------
+        UnreachableTargetError
+            More voltage than there is, or a joint that came to the end of its range.
         """
+        self._must_be_joint(joint)
+        supply = self.supply_v[joint - 1]
+        if not abs(volts) <= supply:  # refuses NaN as well
+            raise UnreachableTargetError(f"The supply has {supply:g} V; {volts:g} V were asked for. Nothing was sent.")
+        if not 0.001 <= seconds <= 2:
+            raise UnreachableTargetError(f"A push lasts 0.001 to 2 seconds; {seconds:g} were asked for.")
         self._switch_on()
-        duty = round(volts / self.supply_v * 255)
-        if abs(duty) > 255:
-            raise UnreachableTargetError(f"The supply has {self.supply_v:g} V; {volts:g} V were asked for.")
         before = self.status().position_deg[joint - 1]
-        after = self._move(f"PW {joint} {duty} {round(seconds * 1000)}")
-        return (after.theta1_deg, after.theta2_deg)[joint - 1] - before
+        after = self._move(f"PW {joint} {round(volts / supply * 255)} {round(seconds * 1000)}")
+        stands = (after.theta1_deg, after.theta2_deg)[joint - 1]
+        low, high = self.limits_deg[joint - 1]
+        if (volts > 0 and stands > high) or (volts < 0 and stands < low):
+            raise UnreachableTargetError(
+                f"Joint {joint} was pushed to the end of its range ({low:g} to {high:g} degrees) and stopped there. "
+                "Start nearer to the middle, or give it more room."
+            )
+        return stands - before
 
     def calibrate(self, joint):
         """Measure a motor by pushing it to and fro, some tens of degrees, and tell the controller.
@@ -226,11 +253,12 @@ class Arm:
         -------
         MotorCalibration
         """
+        self._must_be_joint(joint)
         self._switch_on()
         middle = sum(self.limits_deg[joint - 1]) / 2
         if abs(self.status().position_deg[joint - 1] - middle) > ROOM_DEG:
             self._move(f"MV {joint} {middle:.3f}")
-        found = calibrate_motor(lambda volts, seconds: self.push(joint, volts, seconds), self.supply_v)
+        found = calibrate_motor(lambda volts, seconds: self.push(joint, volts, seconds), self.supply_v[joint - 1])
         self.use(joint, found)
         return found
 
@@ -285,23 +313,27 @@ class Arm:
 
     def _switch_on(self):
         status = self.status()
-        if status.state == "stop" and not self._asked_to_stop:
+        if status.state == "stop" and self._stopped_by is None:
             raise ArmError(self._why_it_stopped(status) + " When that is mended: arm.enable().")
+        if status.state == "stop" and self._stopped_by != threading.get_ident():
+            self._stopped_by = threading.get_ident()  # told once: whoever moves it again wants to
+            raise ArmError(f"The arm on {self.name} was stopped by another part of this program, before this move.")
         if status.state in ("stop", "off"):
             self.enable()
 
     def _move(self, command):
         """Start a move and wait for its end; whatever interrupts the wait stops the motors."""
         self.line.restarted = False
-        self.command(command)
         try:
-            while (status := self.status()).state in ("run", "home"):
-                self.line.listen(ASK_S)
-        except ArmError:
+            self.command(command)
+            status = self._await_end()
+        except RefusedError:
             raise
         except BaseException:
-            self.stop()
+            self._stop_somehow()
             raise
+        if self._stopped_by is not None:
+            self._stopped_by = threading.get_ident()  # whoever waited knows of it now
         if self.line.restarted:
             raise ArmError(f"The controller on {self.name} restarted in mid-move; its position is lost. Home it again.")
         if status.fault != "-":
@@ -309,6 +341,31 @@ class Arm:
         if status.state != "idle":
             raise ArmError(f"The arm on {self.name} was switched off in mid-move.")
         return JointAngles(*status.position_deg)
+
+    def _await_end(self):
+        """Ask until the move has ended; returns the last status."""
+        turned_at, stood = self.line.clock(), None
+        while (status := self.status()).state in ("run", "home"):
+            if status.position_deg != stood:
+                turned_at, stood = self.line.clock(), status.position_deg
+            elif self.line.clock() - turned_at > STANDSTILL_S:
+                raise ArmError(f"The arm on {self.name} says that it moves, and nothing turns. It was stopped.")
+            self.line.listen(ASK_S)
+        return status
+
+    def _stop_somehow(self):
+        """Stop an arm of which nothing else is known any more. Never raises."""
+        if self.line.restarted:
+            return  # its motors are off, and its new start should not begin with a stop
+        self._stopped_by = threading.get_ident()
+        try:
+            self.line.write(b"\n" + wire.STOP + b"\n")
+        except ArmError as error:
+            log.info("%s could not be told to stop (%s); its watchdog stops it.", self.name, error)
+
+    def _must_be_joint(self, joint):
+        if joint not in (1, 2):
+            raise StereoLabError(f"Expected joint 1 or 2, got {joint!r}.")
 
     def _why_it_stopped(self, status):
         kind, joint = status.fault[0], status.fault[1:]
@@ -325,11 +382,11 @@ class Arm:
         if not identity.startswith("armkit 1 "):
             raise ArmError(f"Something else is at {self.name}: it calls itself {identity!r}, not armkit 1.")
         self.line.restarted = False
-        self._read_limits()
-        self.supply_v = self.get(1, "supply")
+        self._read_bounds()
 
-    def _read_limits(self):
+    def _read_bounds(self):
         self.limits_deg = tuple((self.get(j, "lo"), self.get(j, "hi")) for j in (1, 2))
+        self.supply_v = tuple(self.get(j, "supply") for j in (1, 2))
 
 
 def _decimal(value):

@@ -13,7 +13,7 @@ from stereo_lab.motion import REST_TICKS, TICK_S, SlowDownRule
 HOMING = (SEEK, BACK, CREEP, REST)
 SEEK_DEG, SEEK_DEG_S, BACK_DEG, CREEP_DEG_S = 400.0, 60.0, 8.0, 10.0
 BACK_TRIES = 6
-TX_BYTES = 128  # what the controller can keep for sending
+TX_BYTES, STATUS_BYTES = 128, 100  # what the controller can keep for sending; a status needs less than that
 BYTES_PER_TICK = wire.BAUD_RATE / 10 * TICK_S
 
 
@@ -32,6 +32,7 @@ class Controller:
         self.checksum, self.watchdog_ms, self.report_ms = False, 1000, 0
         self.heard_ticks = self.reported_ticks = self.dropped = 0
         self._line, self._too_long, self._last = bytearray(), False, (None, "")
+        self._asked = False
         self.tx = bytearray()
         for j, joint in enumerate(self.joints):
             joint.stand_at(self.plant.counts(j), 0.0)
@@ -58,6 +59,13 @@ class Controller:
             self._say("!estop")
         else:
             self.heard_ticks = self.time_ticks
+            self._asked = True
+            self._answer_when_there_is_room()
+
+    def _answer_when_there_is_room(self):
+        """One status for all questions that came meanwhile."""
+        if self._asked and len(self.tx) < TX_BYTES - STATUS_BYTES:
+            self._asked = False
             self._say(wire.encode_status(self.status()))
 
     def _end_of_line(self):
@@ -254,6 +262,7 @@ class Controller:
     def tick(self):
         """Everything that happens every TICK_S."""
         self.time_ticks += 1
+        self._answer_when_there_is_room()
         for j, joint in enumerate(self.joints):
             joint.look(self.plant.counts(j), self.plant.pressed(j))
             if joint.mode != IDLE:
@@ -267,7 +276,7 @@ class Controller:
 
     def _periodic_report(self):
         self.reported_ticks = self.time_ticks
-        if len(self.tx) > TX_BYTES - 80:
+        if len(self.tx) > TX_BYTES - STATUS_BYTES:
             self.dropped += 1
         else:
             self._say(wire.encode_status(self.status()))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 import threading
 import time
 from collections import deque
@@ -12,7 +13,7 @@ import serial
 from serial.tools import list_ports
 
 from stereo_lab.arm import protocol as wire
-from stereo_lab.errors import ArmError
+from stereo_lab.errors import ArmError, RefusedError
 
 if "stereo_lab.arm" not in serial.protocol_handler_packages:
     serial.protocol_handler_packages.append("stereo_lab.arm")  # where pyserial finds virtual://
@@ -20,7 +21,7 @@ if "stereo_lab.arm" not in serial.protocol_handler_packages:
 ANSWER_S = 0.3  # a command that is not answered so long is sent again
 GIVE_UP_S = 0.9  # and after so long it has failed
 BOOT_S = 2.5  # a board on USB restarts when its port is opened
-MOST_TRIES = 10  # where noise is heard it is sent again at once, but not for ever
+AGAIN_S = 0.05  # where noise is heard it is sent again so soon
 LOOK_S = 0.02  # how long one look at the port lasts
 ROUNDING_S = 1e-6
 MEANING = {
@@ -56,6 +57,11 @@ def open_port(name, baud_rate=wire.BAUD_RATE):
         raise ArmError(_why_not(name, error)) from None
 
 
+def _device(name):
+    """A port by its one name: links followed, Windows in capitals, a Mac's tty as its cu."""
+    return os.path.realpath(name).upper().replace("/DEV/TTY.", "/DEV/CU.")
+
+
 def _why_not(name, error):
     number = getattr(error, "errno", None)
     if number in (errno.EBUSY, errno.EAGAIN) or "lock" in str(error).lower():
@@ -72,11 +78,13 @@ def _why_not(name, error):
 
 @dataclass
 class Heard:
-    """What came since the last question: bytes, lines that made no sense, replies to other commands."""
+    """What came since the last question: bytes, lines that made no sense, replies to other commands, and how
+    often the controller said that what it heard made no sense."""
 
     bytes: int = 0
     garbled: int = 0
     other: int = 0
+    misheard: int = 0
 
 
 class Line:
@@ -101,9 +109,8 @@ class Line:
 
     def wait_for_answer_s(self):
         """How long a controller may take for its first answer."""
-        name = getattr(self.port, "port", None)
-        usb = any(p.device == name and p.vid is not None for p in list_ports.comports())
-        return BOOT_S if usb else GIVE_UP_S
+        usb = [p.device for p in list_ports.comports() if p.vid is not None]
+        return BOOT_S if _device(self.name) in map(_device, usb) else GIVE_UP_S
 
     def write(self, data):
         """Bytes to the controller."""
@@ -121,8 +128,8 @@ class Line:
 
         Raises
         ------
-        ArmError
-            If it is refused, or not answered in time.
+        RefusedError, ArmError
+            If it is refused; if it is not answered in time.
         """
         data = wire.encode_command(text, number)
         with self._lock:
@@ -130,11 +137,14 @@ class Line:
             for until in self._tries(give_up_s):
                 self.write(data)
                 reply = self._await_reply(number, until)
-                if reply is None or (reply.number != number and reply.code in wire.UNNUMBERED):
+                if reply is None:
+                    continue
+                if reply.number != number and reply.code in wire.UNNUMBERED:
+                    self._heard.misheard += 1
                     continue
                 if reply.code:
                     meaning = MEANING.get(reply.code, wire.ERRORS[reply.code])
-                    raise ArmError(f"The arm refused {text!r}: error {reply.text} ({meaning}).")
+                    raise RefusedError(f"The arm refused {text!r}: error {reply.text} ({meaning}).")
                 return reply.text
             raise self.no_answer(repr(text))
 
@@ -174,6 +184,11 @@ class Line:
             return ArmError(
                 f"{self.name} answers other commands than {what}. Unplug the arm, plug it in, connect anew."
             )
+        if heard.misheard:
+            return ArmError(
+                f"{self.name} hears noise: {heard.misheard} times in a row {what} arrived garbled. Keep the cable away "
+                "from the motors' wires, and take a shorter one."
+            )
         if heard.bytes:
             return ArmError(
                 f"{self.name} sends {heard.bytes} bytes that make no sense after {what}: noise on the cable, another "
@@ -185,12 +200,11 @@ class Line:
         )
 
     def _tries(self, give_up_s):
-        """Until when each try waits for its answer."""
+        """Until when each try waits for its answer. It may end sooner, but the next one does not follow at once."""
         give_up = self.clock() + give_up_s
-        for _ in range(MOST_TRIES):
-            if self.clock() >= give_up:
-                return
-            yield min(self.clock() + ANSWER_S, give_up)
+        while (start := self.clock()) < give_up:
+            yield min(start + ANSWER_S, give_up)
+            self.listen(start + AGAIN_S - self.clock())
 
     def _await_reply(self, number, until):
         """The reply to a number; None as soon as something garbled came, or when the time is over."""

@@ -33,7 +33,7 @@ def _arm_status(arm, options):
     if not all(status.homed):
         print("not homed since it was switched on: the angles count from where the joints stood then.")
     low_high = "; ".join(f"joint {k} turns from {low:g} to {high:g}" for k, (low, high) in enumerate(arm.limits_deg, 1))
-    print(f"{low_high} degrees; supply {arm.supply_v:g} V")
+    print(f"{low_high} degrees; supply {arm.supply_v[0]:g} and {arm.supply_v[1]:g} V")
     return {"state": status.state, "angles_deg": list(status.position_deg), "homed": list(status.homed)}
 
 

@@ -469,7 +469,7 @@ void tick() {
   }
   if (report_ms && now_ms - reported_ms >= report_ms) {
     reported_ms = now_ms;
-    if (tx_waiting() > 128 - 80) dropped++;
+    if (tx_waiting() > 128 - 100) dropped++;
     else say_status();
   }
 }
