@@ -8,7 +8,7 @@
  *   joint 1   PWM D9    IN1 D6    IN2 D7     encoder A0, A1   switch D2
  *   joint 2   PWM D10   IN1 D11   IN2 D12    encoder A2, A3   switch D3       driver's standby D8
  *
- * The encoders have port C to themselves: with outputs on the same port, edges get lost.
+ * The encoders have port C to themselves: every change of it is an edge.
  */
 #include <avr/interrupt.h>
 #include <avr/io.h>
