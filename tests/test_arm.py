@@ -12,6 +12,7 @@ from conftest import ROOT
 
 from stereo_lab.arm import connect, line, ports
 from stereo_lab.arm import protocol as wire
+from stereo_lab.arm.joint import Joint
 from stereo_lab.errors import ArmError, StereoLabError, UnreachableTargetError
 from stereo_lab.kinematics import JointAngles
 
@@ -575,3 +576,10 @@ def test_arm_writes_its_numbers_as_json(capsys):
 
     assert main(["arm", "virtual://arm", "move", "30", "45", "--json", "-"]) == 0
     assert json.loads(capsys.readouterr().out)["angles_deg"] == pytest.approx([30, 45], abs=0.2)
+
+
+def test_a_glitch_on_a_home_switch_is_no_switch():
+    joint = Joint()
+    for closed, pressed in ((1, 0), (1, 0), (0, 0), (1, 0), (1, 0), (1, 1), (1, 1)):
+        joint.look(100 + joint.still_ticks, bool(closed))
+        assert joint.pressed == bool(pressed)

@@ -332,7 +332,7 @@ class Controller:
             self._back_off(joint)
         elif joint.mode == CREEP and pressed:
             self._set_duty(j, 0)
-            joint.stand_at(self.plant.counts(j), joint.parameters["home"])
+            joint.stand_at(joint.closed_count, joint.parameters["home"], self.plant.counts(j))
             joint.mode, joint.still_ticks = REST, 0
             return
         volts = joint.rule.volts(joint.position_deg)

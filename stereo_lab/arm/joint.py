@@ -30,6 +30,7 @@ class Joint:
         self.position_deg = self.speed_deg_s = 0.0
         self.against_deg = self.against_from_deg_s = 0.0
         self.wrong_deg = 0.0  # turned against a kick
+        self.closed_count = 0
         self.still_ticks, self.push_ticks, self.closed_ticks, self.tries = 0, 0, 0, 0
         self.retune()
 
@@ -41,6 +42,8 @@ class Joint:
 
     def look(self, count, closed):
         """Take in what the encoder and the home switch say."""
+        if closed and not self.closed_ticks:
+            self.closed_count = count  # the place counts, if it proves to be no glitch
         self.closed_ticks = self.closed_ticks + 1 if closed else 0
         position = self.zero_deg + (count - self.zero_count) * self.degree
         turned = position - self.position_deg
@@ -75,10 +78,10 @@ class Joint:
         """Whether a push does not turn it that should."""
         return self.still_ticks > HELD_TICKS and abs(self.duty) * self.parameters["supply"] / 255 > self.stall_v
 
-    def stand_at(self, count, angle_deg):
-        """Call the place of a count so many degrees."""
+    def stand_at(self, count, angle_deg, now=None):
+        """Call the place of a count so many degrees. ``now``: the count of where it stands, if it is another."""
         self.zero_count, self.zero_deg = count, angle_deg
-        self.position_deg = angle_deg
+        self.position_deg = angle_deg + (0 if now is None else now - count) * self.degree
 
     def plan(self, goal_deg, cruise, acceleration, from_plan=None):
         """A profile to a goal, from rest or from the plan that it replaces."""

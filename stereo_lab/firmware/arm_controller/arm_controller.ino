@@ -43,7 +43,7 @@ struct Joint {
   volatile int32_t edges;
   volatile uint16_t lost;
   volatile uint8_t lines;
-  int32_t count, zero_count;
+  int32_t count, zero_count, closed_count;
   float zero_deg, position, speed, degree;
   bool homed;
   // what it does
@@ -404,7 +404,9 @@ void keep_homing(uint8_t j, Joint &joint) {
     back_off(joint);
   } else if (joint.mode == CREEP && closed) {
     set_duty(j, 0);
-    stand_at(joint, joint.home);
+    joint.zero_count = joint.closed_count;
+    joint.zero_deg = joint.home;
+    joint.position = joint.home + (joint.count - joint.zero_count) * joint.degree;
     joint.mode = REST;
     joint.still = 0;
     return;
@@ -443,7 +445,8 @@ void control(uint8_t j) {
   Joint &joint = joints[j];
   look(joint);
   if (!closed_now(j)) joint.closed = 0;
-  else if (joint.closed < CLOSED_TICKS) joint.closed++;
+  else if (!joint.closed++) joint.closed_count = joint.count;  // the place counts, if it proves to be no glitch
+  else if (joint.closed > CLOSED_TICKS) joint.closed = CLOSED_TICKS;
   if (joint.mode == IDLE) return;
   bool faster = joint.against > RUNAWAY_DEG && fabs(joint.speed) > joint.against_from + FASTER_DEG_S;
   if (faster || joint.wrong > RUNAWAY_DEG) {
