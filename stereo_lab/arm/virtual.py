@@ -172,7 +172,7 @@ class VirtualPort(SerialBase):
 
     def _idle(self):
         c = self._controller
-        return self._plant.at_rest and not c.busy and not c.tx and not c.report_ms
+        return self._plant.at_rest and not c.busy and not c.line.tx and not c.report_ms
 
     def _skip(self, end):
         """Nothing moves: jump to the end."""
@@ -185,10 +185,10 @@ class VirtualPort(SerialBase):
         self._ticks += 1
         self._controller.tick()
         self._plant.tick()
-        if self._controller.tx:
+        if self._controller.line.tx:
             self._budget = min(self._budget + BYTES_PER_TICK, 64.0)
-            sent = bytes(self._controller.tx[: int(self._budget)])
-            del self._controller.tx[: len(sent)]
+            sent = bytes(self._controller.line.tx[: int(self._budget)])
+            del self._controller.line.tx[: len(sent)]
             self._budget -= len(sent)
             self._out += b"" if self.faults.silent else self._on_the_wire(sent)
 
@@ -233,7 +233,7 @@ class VirtualPort(SerialBase):
         with self._lock:
             self._check()
             self._catch_up()
-            self._controller.feed(self._on_the_wire(bytes(data)))
+            self._controller.line.feed(self._on_the_wire(bytes(data)))
             return len(data)
 
     def flush(self):
