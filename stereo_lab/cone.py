@@ -251,7 +251,9 @@ def _rim(image, curve, color):
     on_curve |= ending & (np.abs(curve.residuals(ends)) < max(0.8, 0.06 * radius))
     beyond, seen = _beyond(image, u, v, radius, len(on_curve), color)
     ragged = (~on_curve).sum() - _longest_gap(~on_curve)
-    lobes = min(_lobes(image, curve, edge_points), _lobes(image, curve, lambda *ring: color_edge(*ring, color)))
+    lobes = _lobes(image, curve, edge_points)
+    if lobes > MOST_LOBES:  # one round outline is enough
+        lobes = min(lobes, _lobes(image, curve, lambda *ring: color_edge(*ring, color)))
     return Rim(float(on_curve.mean()), float((beyond & ~on_curve).mean()), float(ragged / len(on_curve)), seen, lobes)
 
 

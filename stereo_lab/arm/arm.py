@@ -329,8 +329,8 @@ class Arm:
             status = self._await_end()
         except RefusedError:
             raise
-        except BaseException:
-            self._stop_somehow()
+        except BaseException as error:
+            self._stop_somehow(it_answers=not isinstance(error, ArmError))
             raise
         if self._stopped_by is not None:
             self._stopped_by = threading.get_ident()  # whoever waited knows of it now
@@ -353,13 +353,16 @@ class Arm:
             self.line.listen(ASK_S)
         return status
 
-    def _stop_somehow(self):
-        """Stop an arm of which nothing else is known any more. Never raises."""
+    def _stop_somehow(self, it_answers):
+        """Stop an arm in mid-move, one that does not answer as well. Never raises."""
         if self.line.restarted:
             return  # its motors are off, and its new start should not begin with a stop
         self._stopped_by = threading.get_ident()
         try:
-            self.line.write(b"\n" + wire.STOP + b"\n")
+            if it_answers:
+                self.stop()
+            else:
+                self.line.write(b"\n" + wire.STOP + b"\n")
         except ArmError as error:
             log.info("%s could not be told to stop (%s); its watchdog stops it.", self.name, error)
 
