@@ -199,7 +199,7 @@ def _other_elbow():
             "mirrored at the line from the shoulder to the hand.",
         ),
         hints=(
-            "Look at the two arms in the figure: one is the mirror image of the other.",
+            "In the triangle above, draw the arm with its elbow on the other side of the dashed line: a mirror image.",
             "acos gives one angle; which other angle has the same cosine?",
             "theta2_up_deg = -____",
         ),

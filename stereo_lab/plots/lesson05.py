@@ -113,7 +113,7 @@ def reach(near_mm, far_mm, x_mm, y_mm, poses_MxN, balls_mm, title, ax=None):
     (rings,) = ax.plot([], [], "--", color=BLACK, linewidth=1.5)
     ax.legend(
         [*(Patch(facecolor=c, edgecolor=BLACK) for c in colors[::-1]), rings, balls, shoulder],
-        ["two poses", "one pose", "no pose", "limits of the links alone", "balls", "shoulder"],
+        ["two poses", "one pose", "no pose", "bounds of the links alone", "balls", "shoulder"],
         loc="center left", bbox_to_anchor=(1.02, 0.5),
     )  # fmt: skip
     return _plane(ax, title)

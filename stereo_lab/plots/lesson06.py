@@ -112,7 +112,7 @@ def touches(ball_mm, hand_mm, error_mm, title, axes):
     place.legend(loc="lower center", ncols=3)
     size.bar(range(len(error_mm)), error_mm, color=BLUE)
     size.axhline(np.mean(error_mm), color=BLACK, linestyle="--")
-    size.set_xlabel("pose")
+    size.set_xlabel("ball, in the order touched")
     size.set_ylabel("hand to ball (mm)")
     size.set_title("How far the hand is from the ball")
     return axes
