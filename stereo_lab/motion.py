@@ -168,27 +168,18 @@ class Profile:
 
     A motor that friction holds, on the way or a few counts beside the goal, is kicked: with the voltage
     that starts it and a little more with every tick, until the encoder moves.
-
-    Parameters
-    ----------
-    speed_deg_s : float, of the plan that this one takes over from, when a move gets a new goal on its way
     """
 
-    def __init__(
-        self,
-        tuning,
-        start_deg,
-        goal_deg,
-        cruise_deg_s=180.0,
-        acceleration_deg_s2=1000.0,
-        speed_deg_s=0.0,
-        integral_v=0.0,
-    ):
-        self.tuning, self.goal_deg = tuning, goal_deg
-        self.cruise_deg_s, self.acceleration_deg_s2 = cruise_deg_s, acceleration_deg_s2
-        self.planned_deg, self.speed_deg_s, self.integral_v = start_deg, speed_deg_s, integral_v
-        self.done = False
+    def __init__(self, tuning, start_deg, goal_deg, cruise_deg_s=180.0, acceleration_deg_s2=1000.0):
+        self.tuning = tuning
+        self.planned_deg, self.speed_deg_s, self.integral_v = start_deg, 0.0, 0.0
         self._rest, self.kick_v = _Rest(start_deg), 0.0
+        self.retarget(goal_deg, cruise_deg_s, acceleration_deg_s2)
+
+    def retarget(self, goal_deg, cruise_deg_s, acceleration_deg_s2):
+        """Give the move another goal; on its way, too."""
+        self.goal_deg, self.done = goal_deg, False
+        self.cruise_deg_s, self.acceleration_deg_s2 = cruise_deg_s, acceleration_deg_s2
 
     def volts(self, measured_deg):
         """The voltage for the next tick; 0 brakes."""

@@ -15,6 +15,7 @@ from stereo_lab.arm import protocol as wire
 from stereo_lab.arm.joint import Joint
 from stereo_lab.errors import ArmError, StereoLabError, UnreachableTargetError
 from stereo_lab.kinematics import JointAngles
+from stereo_lab.motion import Profile
 
 
 class ScriptedPort:
@@ -201,6 +202,77 @@ def test_stop_by_another_thread_between_two_moves_is_not_undone():
         arm.move_to(JointAngles(10.0, 5.0))  # told once
 
 
+def test_a_stop_while_the_motors_are_switched_on_is_not_undone():
+    """The question is answered with off, then another thread stops, then the motors are switched on."""
+    with connect("virtual://arm") as arm:
+        command = arm.command
+
+        def late(text):
+            if text == "EN 1":
+                thread = threading.Thread(target=arm.stop)
+                thread.start()
+                thread.join()
+                arm.command = command
+            return command(text)
+
+        arm.command = late
+        with pytest.raises(ArmError, match="stopped by another part"):
+            arm.move_to(JointAngles(40.0, 0.0))
+        arm.port.sleep(0.5)
+        assert arm.status().state == "stop" and arm.port.motor_deg[0] < 1
+        arm.move_to(JointAngles(4.0, 0.0))
+
+
+def test_a_stop_between_two_legs_is_told_as_one(arm, monkeypatch):
+    move = arm._move
+
+    def stopped_after_the_first(command):
+        reached = move(command)
+        monkeypatch.setattr(arm, "_move", move)
+        thread = threading.Thread(target=arm.stop)
+        thread.start()
+        thread.join()
+        return reached
+
+    monkeypatch.setattr(arm, "_move", stopped_after_the_first)
+    with pytest.raises(ArmError, match="stopped by another part"):
+        arm.home()
+    arm.move_to(JointAngles(arm.angles().theta1_deg, -150.0))
+
+
+def test_a_stop_gets_through_a_burst_of_noise(arm):
+    arm.enable()
+    arm.command("MV 1 170")
+    arm.port.sleep(0.2)
+    arm.port.faults.noise = 0.1
+    passes = arm.port.clock() + 0.3
+    read = arm.port.read
+
+    def quieter(size=1):
+        arm.port.faults.noise = 0.0 if arm.port.clock() > passes else 0.1
+        return read(size)
+
+    arm.port.read = quieter
+    arm.stop()
+    assert arm.status().state == "stop"
+
+
+def test_half_a_line_left_behind_does_not_keep_anybody_out(arm):
+    arm.port.write(b"N5 GE")
+    again = connect(arm.port)
+    assert again.get(1, "lo") == -180
+
+
+def test_a_coarse_encoder_does_not_make_a_healthy_joint_run_away():
+    joint = Joint(counts=360.0)
+    joint.rule, joint.duty = Profile(joint.tuning, 0.0, 5.0), 60
+    joint.rule.kick_v = 0.1
+    for count, away in ((-1, False), (-2, False), (-3, True)):
+        joint.look(count, False)
+        joint.speed_deg_s = 0.0
+        assert joint.runs_away == away
+
+
 def test_interrupted_while_a_move_is_being_sent_stops_it(arm, monkeypatch):
     """Ctrl-C after the command has gone out and before its reply came."""
     arm.enable()
@@ -237,12 +309,13 @@ def test_a_silent_arm_is_left_within_a_second():
 
 def test_a_move_that_never_ends_is_given_up():
     def moving(text):
-        return ["<run t=1 h=3 f=- p=1.00,0.00 v=0,0 lost=0 drop=0>"] if text == "?" else polite(text)
+        state = "stop" if "!" in port.sent else "run"
+        return [f"<{state} t=1 h=3 f=- p=1.00,0.00 v=0,0 lost=0 drop=0>"] if text == "?" else polite(text)
 
     port = ScriptedPort(moving)
     with pytest.raises(ArmError, match="nothing turns"):
         connect(port).move_to(JointAngles(1, 1))
-    assert port.sent[-1] == "!"
+    assert "!" in port.sent
 
 
 def test_limits_can_be_those_of_a_recording(arm, second_rig):

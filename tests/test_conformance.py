@@ -378,6 +378,38 @@ def test_a_reversed_encoder_is_stopped_within_five_degrees(talk):
         talk.ask("EN 1")
 
 
+def test_the_encoders_agree_with_the_motors(talk):
+    talk.ask("EN 1")
+    talk.ask("MA 20 -20")
+    position = talk.rest().position_deg
+    assert position == pytest.approx([talk.bench.motor_deg(j) for j in (0, 1)], abs=0.2)
+
+
+def test_goals_that_keep_coming_do_not_hide_a_fault(talk):
+    talk.ask("EN 1")
+    for fault, said in (("hold", "s2"), ("reverse", "r1")):
+        talk.bench.fault(fault, int(said[1]))
+        for k in range(60):
+            status = talk.status()
+            if status.fault != "-":
+                break
+            talk.ask(f"MV {said[1]} {10 + 0.3 * k:.1f}")
+            talk.listen(0.05)
+        assert status.fault == said
+        talk.ask("EN 1")
+    assert abs(talk.bench.motor_deg(0)) < 5
+
+
+def test_a_stop_in_a_flood_is_not_undone_by_what_came_before_it(talk):
+    for before in (10, 15, 20):
+        talk.say("ID\n" * before + "EN 1\nMV 1 150\n" + "ID\n" * 10 + "\n!")
+        talk.listen(1.0, "!estop")
+        talk.listen(0.3)
+        talk.say("")
+        assert talk.status().state == "stop"
+        talk.ask("EN 0")
+
+
 def test_a_held_joint_is_a_stall_and_both_stop(talk):
     talk.ask("EN 1")
     talk.bench.fault("hold", 2)

@@ -8,13 +8,13 @@ import threading
 import serial
 
 from stereo_lab.arm import protocol as wire
-from stereo_lab.arm.line import Line, open_port
+from stereo_lab.arm.line import AGAIN_S, GIVE_UP_S, Line, open_port
 from stereo_lab.errors import ArmError, RefusedError, StereoLabError, UnreachableTargetError
 from stereo_lab.kinematics import JointAngles
 from stereo_lab.motors import calibrate_motor
 
 ASK_S = 0.1  # how often a moving arm is asked how it is; this also feeds its watchdog
-STOP_S, STOP_TRIES = 0.1, 9  # how long a stop waits to be confirmed before it is sent again, and how often
+STOP_S = 0.1  # how long a stop waits to be confirmed before it is sent again
 STANDSTILL_S = 5.0  # a move in which nothing turns for so long will not end
 GENTLY_PERCENT = 30  # of the usual speed, for the last bit
 ONE_SIDE_DEG = 3.0  # more than the backlash of a worn gear
@@ -25,6 +25,7 @@ FAULTS = {
     "w": "stopped because it heard nothing from this computer for too long (watchdog).",
     "e": "was stopped in mid-move.",
 }
+STOP_BYTES = b"\n" + wire.STOP + b"\n"
 log = logging.getLogger(__name__)
 
 
@@ -71,7 +72,9 @@ class Arm:
         self.port, self.line = port, Line(port)
         self.name = self.line.name
         self.limits_deg, self.supply_v = None, None
-        self._number, self._stopped_by = 0, None
+        self._number = 0
+        # Stops by this program: how many there were, how many are undone, and of how many each thread knows
+        self._stops, self._undone, self._known = 0, 0, {}
 
     def __repr__(self):
         return f"Arm({self.name!r})"
@@ -139,18 +142,25 @@ class Arm:
 
         Where another thread waits for a move, or is about to begin one, that ends with an ArmError.
         """
-        self._stopped_by = threading.get_ident()
-        for _ in range(STOP_TRIES):
-            self.line.write(b"\n" + wire.STOP + b"\n")
-            status = self.line.status_once(self.line.clock() + STOP_S)
+        self._stops += 1
+        self._known[threading.get_ident()] = self._stops
+        give_up = self.line.clock() + GIVE_UP_S
+        while (start := self.line.clock()) < give_up:
+            self.line.write(STOP_BYTES)
+            status = self.line.status_once(min(start + STOP_S, give_up))
             if status is not None and status.state == "stop":
                 return
+            self.line.listen(start + AGAIN_S - self.line.clock())
         raise self.line.no_answer("a stop")
 
     def enable(self):
         """Switch the motors on, also after a stop, when whatever caused it is mended."""
+        stops = self._stops
         self.command("EN 1")
-        self._stopped_by = None
+        self._undone = stops
+        if self._stops > stops:  # it came meanwhile, and may have been undone by this
+            self.stop()
+            self._tell_of_a_stop()
 
     def disable(self):
         """Stop the motors and switch them off."""
@@ -313,11 +323,11 @@ class Arm:
 
     def _switch_on(self):
         status = self.status()
-        if status.state == "stop" and self._stopped_by is None:
-            raise ArmError(self._why_it_stopped(status) + " When that is mended: arm.enable().")
-        if status.state == "stop" and self._stopped_by != threading.get_ident():
-            self._stopped_by = threading.get_ident()  # told once: whoever moves it again wants to
-            raise ArmError(f"The arm on {self.name} was stopped by another part of this program, before this move.")
+        if status.state == "stop":
+            if self._stops == self._undone:
+                raise ArmError(self._why_it_stopped(status) + " When that is mended: arm.enable().")
+            if self._known.get(threading.get_ident(), 0) < self._stops:
+                self._tell_of_a_stop()
         if status.state in ("stop", "off"):
             self.enable()
 
@@ -328,12 +338,13 @@ class Arm:
             self.command(command)
             status = self._await_end()
         except RefusedError:
+            if self._known.get(threading.get_ident(), 0) < self._stops:
+                self._tell_of_a_stop()
             raise
         except BaseException as error:
             self._stop_somehow(it_answers=not isinstance(error, ArmError))
             raise
-        if self._stopped_by is not None:
-            self._stopped_by = threading.get_ident()  # whoever waited knows of it now
+        self._known[threading.get_ident()] = self._stops  # whoever waited is told of it below
         if self.line.restarted:
             raise ArmError(f"The controller on {self.name} restarted in mid-move; its position is lost. Home it again.")
         if status.fault != "-":
@@ -349,6 +360,7 @@ class Arm:
             if status.position_deg != stood:
                 turned_at, stood = self.line.clock(), status.position_deg
             elif self.line.clock() - turned_at > STANDSTILL_S:
+                self.stop()
                 raise ArmError(f"The arm on {self.name} says that it moves, and nothing turns. It was stopped.")
             self.line.listen(ASK_S)
         return status
@@ -357,14 +369,20 @@ class Arm:
         """Stop an arm in mid-move, one that does not answer as well. Never raises."""
         if self.line.restarted:
             return  # its motors are off, and its new start should not begin with a stop
-        self._stopped_by = threading.get_ident()
         try:
             if it_answers:
                 self.stop()
             else:
-                self.line.write(b"\n" + wire.STOP + b"\n")
+                self._stops += 1
+                self._known[threading.get_ident()] = self._stops
+                self.line.write(STOP_BYTES)
         except ArmError as error:
             log.info("%s could not be told to stop (%s); its watchdog stops it.", self.name, error)
+
+    def _tell_of_a_stop(self):
+        """Once to every thread: whoever moves the arm again after that wants to."""
+        self._known[threading.get_ident()] = self._stops
+        raise ArmError(f"The arm on {self.name} was stopped by another part of this program.")
 
     def _must_be_joint(self, joint):
         if joint not in (1, 2):

@@ -142,8 +142,9 @@ class Controller:
             raise wire.ProtocolError(wire.BUSY)
 
     def _begin(self, joint, mode):
-        joint.mode, joint.still_ticks = mode, 0
-        joint.against_deg = joint.wrong_deg = 0.0
+        if joint.mode != mode:  # a new goal on the way does not clear what was seen so far
+            joint.still_ticks, joint.against_deg, joint.wrong_deg = 0, 0.0, 0.0
+        joint.mode = mode
         self.fault = "-"
 
     # --- the control loop -------------------------------------------------------------------------------

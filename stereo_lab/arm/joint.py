@@ -8,6 +8,7 @@ from stereo_lab.motion import TICK_S, Profile, Tuning
 
 IDLE, MOVE, PUSH, SEEK, BACK, CREEP, REST = range(7)
 RUNAWAY_DEG, FASTER_DEG_S = 0.6, 10.0  # so far against its voltage, and so much faster than it began
+WRONG_COUNTS = 2.5  # against a kick also so many: a coarse encoder has one count for more than RUNAWAY_DEG
 FOLLOW_DEG = 20.0  # a joint so far behind its plan is stalled
 STALL_TICKS = 250  # by the rule: half a second of voltage without a count is a stall
 STUCK_TICKS, STALL_V = 50, 1.5  # along a profile: so long without a count, with so much more than starts it
@@ -66,7 +67,8 @@ class Joint:
     def runs_away(self):
         """Whether it turns against its voltage, and faster and faster: not just being braked; or from rest."""
         faster = abs(self.speed_deg_s) > self.against_from_deg_s + FASTER_DEG_S
-        return (self.against_deg > RUNAWAY_DEG and faster) or self.wrong_deg > RUNAWAY_DEG
+        wrong = self.wrong_deg > max(RUNAWAY_DEG, WRONG_COUNTS * self.degree)
+        return wrong or (self.against_deg > RUNAWAY_DEG and faster)
 
     @property
     def pressed(self):
@@ -84,18 +86,11 @@ class Joint:
         self.position_deg = angle_deg + (0 if now is None else now - count) * self.degree
 
     def plan(self, goal_deg, cruise, acceleration, from_plan=None):
-        """A profile to a goal, from rest or from the plan that it replaces."""
+        """A profile to a goal, from rest; or the one that is under way, with a new goal."""
         if from_plan is None:
             return Profile(self.tuning, self.position_deg, goal_deg, cruise, acceleration)
-        return Profile(
-            self.tuning,
-            from_plan.planned_deg,
-            goal_deg,
-            cruise,
-            acceleration,
-            from_plan.speed_deg_s,
-            from_plan.integral_v,
-        )
+        from_plan.retarget(goal_deg, cruise, acceleration)
+        return from_plan
 
     def stalls(self, volts):
         """Whether it does not turn as it should under this voltage."""

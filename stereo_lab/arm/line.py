@@ -139,7 +139,7 @@ class Line:
                 reply = self._await_reply(number, until)
                 if reply is None:
                     continue
-                if reply.number != number and reply.code in wire.UNNUMBERED:
+                if reply.number is None and reply.code in wire.UNNUMBERED:
                     self._heard.misheard += 1
                     continue
                 if reply.code:

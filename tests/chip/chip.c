@@ -82,12 +82,14 @@ static void turn(motor_t *m, double volts, double dt) {
     if (m->link - m->position > half) m->link = m->position + half;
 }
 
+static uint8_t encoder_lines(const motor_t *m) { return GRAY[(m->reversed ? -m->edge : m->edge) & 3]; }
+
 static void show(chip_t *chip, int j) {
     motor_t *m = &chip->motors[j];
     long edge = (long)floor(m->position * m->counts / 360);
     while (m->edge != edge) {
         m->edge += edge > m->edge ? 1 : -1;
-        uint8_t lines = GRAY[(m->reversed ? -m->edge : m->edge) & 3];
+        uint8_t lines = encoder_lines(m);
         avr_raise_irq(chip->encoder[2 * j], lines & 1);
         avr_raise_irq(chip->encoder[2 * j + 1], lines >> 1);
     }
@@ -154,7 +156,14 @@ static void refresh(avr_irq_t *irq) {
 void chip_reset(chip_t *chip) {
     chip->in_head = chip->in_tail = chip->out_head = chip->out_tail = chip->full = 0;
     avr_reset(chip->avr);
-    for (int k = 0; k < 4; k++) refresh(chip->encoder[k]);
+    unsigned lines = 0;
+    for (int j = 0; j < 2; j++) lines |= encoder_lines(&chip->motors[j]) << 2 * j;
+    for (int k = 0; k < 4; k++) {
+        avr_raise_irq(chip->encoder[k], lines >> k & 1);
+        refresh(chip->encoder[k]);
+    }
+    avr_ioport_external_t outside = {.name = 'C', .mask = 0x0F, .value = lines}; /* stronger than pull-ups */
+    avr_ioctl(chip->avr, AVR_IOCTL_IOPORT_SET_EXTERNAL('C'), &outside);
     for (int j = 0; j < 2; j++) refresh(chip->home[j]);
     avr_cycle_timer_cancel(chip->avr, plant, chip);
     avr_cycle_timer_cancel(chip->avr, feed, chip);

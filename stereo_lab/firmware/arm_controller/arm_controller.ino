@@ -24,7 +24,7 @@ const uint8_t TICK_MS = 2;
 const float ARRIVED_COUNTS = 0.6;
 const uint8_t REST_TICKS = 6;
 const float KICK_V = 0.02;
-const float RUNAWAY_DEG = 0.6, FASTER_DEG_S = 10;
+const float RUNAWAY_DEG = 0.6, FASTER_DEG_S = 10, WRONG_COUNTS = 2.5;
 const float FOLLOW_DEG = 20, STALL_V = 1.5;
 const uint16_t STALL_TICKS = 250, STUCK_TICKS = 50, HELD_TICKS = 125;
 const uint8_t CLOSED_TICKS = 3, BRAKE_TICKS = 125;
@@ -83,14 +83,16 @@ uint8_t off_ticks;
 
 volatile uint8_t rx[64], rx_head, rx_tail, rx_lost, tx[128], tx_head, tx_tail;
 volatile uint8_t stop_asked, line_start = 1;
+const uint8_t STOP_LOST = 2;  // in rx_lost: what was lost held a stop
 uint16_t crc;
 
 ISR(USART_RX_vect) {
   uint8_t byte = UDR0, next = (rx_head + 1) & 63;
-  if (byte == '!' && line_start) stop_asked = 1;
+  bool stop = byte == '!' && line_start;
+  if (stop) stop_asked = 1;
   line_start = byte == '\n' || byte == '\r' || (line_start && (byte == '!' || byte == '?'));
   if (rx_lost || next == rx_tail) {  // once a byte is lost, what follows waits for loop() to know of it
-    rx_lost = 1;
+    if (rx_lost != STOP_LOST) rx_lost = stop ? STOP_LOST : 1;
   } else {
     rx[rx_head] = byte;
     rx_head = next;
@@ -244,8 +246,8 @@ void set_duty(uint8_t j, int16_t duty) {
 }
 
 void set_enabled(bool on) {  // off: the motors are braked already; tick() lets the driver go to standby after that
+  if (on || enabled) off_ticks = 0;
   enabled = on;
-  off_ticks = 0;
   if (on) PORTB |= _BV(PB0);
 }
 
@@ -449,7 +451,7 @@ void control(uint8_t j) {
   else if (joint.closed > CLOSED_TICKS) joint.closed = CLOSED_TICKS;
   if (joint.mode == IDLE) return;
   bool faster = joint.against > RUNAWAY_DEG && fabs(joint.speed) > joint.against_from + FASTER_DEG_S;
-  if (faster || joint.wrong > RUNAWAY_DEG) {
+  if (faster || (joint.wrong > RUNAWAY_DEG && joint.wrong > WRONG_COUNTS * joint.degree)) {
     halt(true, 'r', '1' + j);
     event("runaway", j);
   } else if (joint.mode == MOVE) {
@@ -508,9 +510,11 @@ bool read_number(const char *text, float low, float high, float *value, Code *co
 }
 
 void begin_move(Joint &joint, Mode mode) {
+  if (joint.mode != mode) {  // a new goal on the way does not clear what was seen so far
+    joint.still = 0;
+    joint.against = joint.wrong = joint.kick = 0;
+  }
   joint.mode = mode;
-  joint.still = 0;
-  joint.against = joint.wrong = joint.kick = 0;
   fault = '-';
 }
 
@@ -847,12 +851,13 @@ void loop() {  // the motors first: however much comes down the line, no tick is
     asked = false;
     say_status();
   }
-  while (!stop_asked && !tick_due && rx_tail != rx_head && tx_waiting() < 128 - 60) {
+  while (!stop_asked && !tick_due && !asked && rx_tail != rx_head && tx_waiting() < 128 - 60) {
     uint8_t byte = rx[rx_tail];
     rx_tail = (rx_tail + 1) & 63;
     receive(byte);
   }
   if (rx_lost && rx_tail == rx_head) {  // all that came before the gap has been read
+    if (rx_lost == STOP_LOST) halt(true, 'e', 0);  // once more: an EN 1 before it may have undone it
     rx_lost = 0;
     length = 0;
     too_long = spoiled = false;
@@ -861,7 +866,8 @@ void loop() {  // the motors first: however much comes down the line, no tick is
     answer(OVERRUN, "");
   }
   cli();  // nothing to do: sleep until the next interrupt
-  if (!tick_due && !stop_asked && (rx_tail == rx_head || tx_waiting() >= 128 - 60)) {
+  bool waiting = asked ? tx_waiting() >= 128 - 100 : rx_tail == rx_head || tx_waiting() >= 128 - 60;
+  if (!tick_due && !stop_asked && waiting) {
     sleep_enable();
     sei();
     sleep_cpu();
