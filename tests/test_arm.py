@@ -202,20 +202,21 @@ def test_stop_by_another_thread_between_two_moves_is_not_undone():
         arm.move_to(JointAngles(10.0, 5.0))  # told once
 
 
-def test_a_stop_while_the_motors_are_switched_on_is_not_undone():
+@pytest.mark.parametrize("step", ["_enable", "command"])
+def test_a_stop_while_the_motors_are_switched_on_is_not_undone(step):
     """The question is answered with off, then another thread stops, then the motors are switched on."""
     with connect("virtual://arm") as arm:
-        command = arm.command
+        switch_on = getattr(arm, step)
 
-        def late(text):
-            if text == "EN 1":
+        def late(what):
+            if what in ("EN 1", 0):
                 thread = threading.Thread(target=arm.stop)
                 thread.start()
                 thread.join()
-                arm.command = command
-            return command(text)
+                setattr(arm, step, switch_on)
+            return switch_on(what)
 
-        arm.command = late
+        setattr(arm, step, late)
         with pytest.raises(ArmError, match="stopped by another part"):
             arm.move_to(JointAngles(40.0, 0.0))
         arm.port.sleep(0.5)

@@ -155,12 +155,7 @@ class Arm:
 
     def enable(self):
         """Switch the motors on, also after a stop, when whatever caused it is mended."""
-        stops = self._stops
-        self.command("EN 1")
-        self._undone = stops
-        if self._stops > stops:  # it came meanwhile, and may have been undone by this
-            self.stop()
-            self._tell_of_a_stop()
+        self._enable(self._stops)
 
     def disable(self):
         """Stop the motors and switch them off."""
@@ -322,14 +317,21 @@ class Arm:
         return goals
 
     def _switch_on(self):
-        status = self.status()
-        if status.state == "stop":
-            if self._stops == self._undone:
-                raise ArmError(self._why_it_stopped(status) + " When that is mended: arm.enable().")
+        stops, status = self._stops, self.status()
+        if status.state == "stop" and self._stops == self._undone:
+            raise ArmError(self._why_it_stopped(status) + " When that is mended: arm.enable().")
+        if status.state in ("stop", "off"):
             if self._known.get(threading.get_ident(), 0) < self._stops:
                 self._tell_of_a_stop()
-        if status.state in ("stop", "off"):
-            self.enable()
+            self._enable(stops)
+
+    def _enable(self, stops):
+        """Switch the motors on, which undoes so many stops and no later one."""
+        self.command("EN 1")
+        self._undone = stops
+        if self._stops > stops:
+            self.stop()
+            self._tell_of_a_stop()
 
     def _move(self, command):
         """Start a move and wait for its end; whatever interrupts the wait stops the motors."""
