@@ -202,6 +202,26 @@ def test_stop_by_another_thread_between_two_moves_is_not_undone():
         arm.move_to(JointAngles(10.0, 5.0))  # told once
 
 
+def test_a_stop_that_is_long_undone_is_no_news():
+    with connect("virtual://arm") as arm:
+        arm.stop()
+        arm.enable()
+        arm.disable()
+        raised = []
+
+        def move():
+            try:
+                arm.move_to(JointAngles(3.0, 3.0))
+                arm.command("MV 1 400")
+            except StereoLabError as error:
+                raised.append(str(error))
+
+        thread = threading.Thread(target=move)
+        thread.start()
+        thread.join()
+        assert len(raised) == 1 and "beyond its limits" in raised[0]
+
+
 @pytest.mark.parametrize("step", ["_enable", "command"])
 def test_a_stop_while_the_motors_are_switched_on_is_not_undone(step):
     """The question is answered with off, then another thread stops, then the motors are switched on."""

@@ -321,7 +321,7 @@ class Arm:
         if status.state == "stop" and self._stops == self._undone:
             raise ArmError(self._why_it_stopped(status) + " When that is mended: arm.enable().")
         if status.state in ("stop", "off"):
-            if self._known.get(threading.get_ident(), 0) < self._stops:
+            if self._stop_is_news:
                 self._tell_of_a_stop()
             self._enable(stops)
 
@@ -340,7 +340,7 @@ class Arm:
             self.command(command)
             status = self._await_end()
         except RefusedError:
-            if self._known.get(threading.get_ident(), 0) < self._stops:
+            if self._stop_is_news:
                 self._tell_of_a_stop()
             raise
         except BaseException as error:
@@ -380,6 +380,11 @@ class Arm:
                 self.line.write(STOP_BYTES)
         except ArmError as error:
             log.info("%s could not be told to stop (%s); its watchdog stops it.", self.name, error)
+
+    @property
+    def _stop_is_news(self):
+        """Whether this thread does not know yet of a stop that still holds."""
+        return self._undone < self._stops > self._known.get(threading.get_ident(), 0)
 
     def _tell_of_a_stop(self):
         """Once to every thread: whoever moves the arm again after that wants to."""
