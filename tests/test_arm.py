@@ -222,6 +222,24 @@ def test_a_stop_that_is_long_undone_is_no_news():
         assert len(raised) == 1 and "beyond its limits" in raised[0]
 
 
+def test_a_stop_just_after_a_move_has_ended_is_told_before_the_next():
+    with connect("virtual://arm") as arm:
+        await_end = arm._await_end
+
+        def ended_then_stopped():
+            status = await_end()
+            thread = threading.Thread(target=arm.stop)
+            thread.start()
+            thread.join()
+            return status
+
+        arm._await_end = ended_then_stopped
+        arm.move_to(JointAngles(3.0, 3.0))
+        arm._await_end = await_end
+        with pytest.raises(ArmError, match="stopped by another part"):
+            arm.move_to(JointAngles(6.0, 3.0))
+
+
 @pytest.mark.parametrize("step", ["_enable", "command"])
 def test_a_stop_while_the_motors_are_switched_on_is_not_undone(step):
     """The question is answered with off, then another thread stops, then the motors are switched on."""

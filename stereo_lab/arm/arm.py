@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import logging
-import threading
 
 import serial
 
 from stereo_lab.arm import protocol as wire
 from stereo_lab.arm.line import AGAIN_S, GIVE_UP_S, Line, open_port
+from stereo_lab.arm.stops import Stops
 from stereo_lab.errors import ArmError, RefusedError, StereoLabError, UnreachableTargetError
 from stereo_lab.kinematics import JointAngles
 from stereo_lab.motors import calibrate_motor
@@ -72,9 +72,7 @@ class Arm:
         self.port, self.line = port, Line(port)
         self.name = self.line.name
         self.limits_deg, self.supply_v = None, None
-        self._number = 0
-        # Stops by this program: how many there were, how many are undone, and of how many each thread knows
-        self._stops, self._undone, self._known = 0, 0, {}
+        self._number, self._stops = 0, Stops()
 
     def __repr__(self):
         return f"Arm({self.name!r})"
@@ -142,8 +140,7 @@ class Arm:
 
         Where another thread waits for a move, or is about to begin one, that ends with an ArmError.
         """
-        self._stops += 1
-        self._known[threading.get_ident()] = self._stops
+        self._stops.ask()
         give_up = self.line.clock() + GIVE_UP_S
         while (start := self.line.clock()) < give_up:
             self.line.write(STOP_BYTES)
@@ -155,7 +152,7 @@ class Arm:
 
     def enable(self):
         """Switch the motors on, also after a stop, when whatever caused it is mended."""
-        self._enable(self._stops)
+        self._enable(self._stops.count)
 
     def disable(self):
         """Stop the motors and switch them off."""
@@ -317,19 +314,19 @@ class Arm:
         return goals
 
     def _switch_on(self):
-        stops, status = self._stops, self.status()
-        if status.state == "stop" and self._stops == self._undone:
+        stops, status = self._stops.count, self.status()
+        if status.state == "stop" and not self._stops.hold:
             raise ArmError(self._why_it_stopped(status) + " When that is mended: arm.enable().")
         if status.state in ("stop", "off"):
-            if self._stop_is_news:
+            if self._stops.are_news:
                 self._tell_of_a_stop()
             self._enable(stops)
 
     def _enable(self, stops):
         """Switch the motors on, which undoes so many stops and no later one."""
         self.command("EN 1")
-        self._undone = stops
-        if self._stops > stops:
+        self._stops.undone = stops
+        if self._stops.hold:
             self.stop()
             self._tell_of_a_stop()
 
@@ -340,15 +337,16 @@ class Arm:
             self.command(command)
             status = self._await_end()
         except RefusedError:
-            if self._stop_is_news:
+            if self._stops.are_news:
                 self._tell_of_a_stop()
             raise
         except BaseException as error:
             self._stop_somehow(it_answers=not isinstance(error, ArmError))
             raise
-        self._known[threading.get_ident()] = self._stops  # whoever waited is told of it below
         if self.line.restarted:
             raise ArmError(f"The controller on {self.name} restarted in mid-move; its position is lost. Home it again.")
+        if status.fault != "-" or status.state != "idle":
+            self._stops.tell()
         if status.fault != "-":
             raise ArmError(self._why_it_stopped(status))
         if status.state != "idle":
@@ -375,20 +373,14 @@ class Arm:
             if it_answers:
                 self.stop()
             else:
-                self._stops += 1
-                self._known[threading.get_ident()] = self._stops
+                self._stops.ask()
                 self.line.write(STOP_BYTES)
         except ArmError as error:
             log.info("%s could not be told to stop (%s); its watchdog stops it.", self.name, error)
 
-    @property
-    def _stop_is_news(self):
-        """Whether this thread does not know yet of a stop that still holds."""
-        return self._undone < self._stops > self._known.get(threading.get_ident(), 0)
-
     def _tell_of_a_stop(self):
         """Once to every thread: whoever moves the arm again after that wants to."""
-        self._known[threading.get_ident()] = self._stops
+        self._stops.tell()
         raise ArmError(f"The arm on {self.name} was stopped by another part of this program.")
 
     def _must_be_joint(self, joint):

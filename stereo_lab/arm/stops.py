@@ -1,0 +1,38 @@
+"""Who stopped the arm, and who knows of it: a stop by one thread must not be undone by another that never heard of it."""
+
+from __future__ import annotations
+
+import threading
+
+
+class Stops:
+    """Stops that this program asked for, numbered from 1.
+
+    Attributes
+    ----------
+    count : int, how many there were
+    undone : int, how many of them a switching-on has undone since
+    """
+
+    def __init__(self):
+        self.count, self.undone = 0, 0
+        self._known = {}  # thread -> the last stop that it asked for or was told of
+
+    def ask(self):
+        """This thread asks for a stop."""
+        self.count += 1
+        self.tell()
+
+    def tell(self):
+        """This thread knows of all stops so far."""
+        self._known[threading.get_ident()] = self.count
+
+    @property
+    def hold(self):
+        """Whether the last stop is not undone yet."""
+        return self.undone < self.count
+
+    @property
+    def are_news(self):
+        """Whether this thread does not know yet of a stop that holds."""
+        return self.hold and self._known.get(threading.get_ident(), 0) < self.count
