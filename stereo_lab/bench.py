@@ -120,10 +120,10 @@ class DenseStereo:
         if not len(inside):
             return None
         surface = np.median(inside)
-        point = self.calibration.triangulate([[u, v]], [[u - surface, v]])[0]
-        point = point * (1 + self.localizer.diameter_mm / 2 / np.linalg.norm(point))  # from surface to centre
-        x, y, z = self.localizer.models[0].predict(point[None])[0]
-        return type(self.localizer.position(*seen))(float(x), float(y), float(self.localizer.arm_depth_mm - z))
+        point = self.calibration.triangulate([[u, v]], [[u - surface, v]])
+        return self.localizer.on_bench(
+            point * (1 + self.localizer.diameter_mm / 2 / np.linalg.norm(point))  # from surface to centre
+        )
 
 
 def _fastest(way):

@@ -108,7 +108,11 @@ class Localizer:
             return Position(
                 *(float(v) for v in (x_line.predict(left.u), y_line.predict(left.v), depth.predict(disparity)))
             )
-        x, y, z = self.models[0].predict(_triangulate(self.calibration, [left], [right]))[0]
+        return self.on_bench(_triangulate(self.calibration, [left], [right]))
+
+    def on_bench(self, point_1x3):
+        """A point of the rectified left camera, mm, as a place on the bench (cone method)."""
+        x, y, z = self.models[0].predict(point_1x3)[0]
         return Position(float(x), float(y), float(self.arm_depth_mm - z))
 
 

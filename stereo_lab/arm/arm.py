@@ -228,7 +228,7 @@ class Arm:
         UnreachableTargetError
             More voltage than there is, or a joint that came to the end of its range.
         """
-        self._must_be_joint(joint)
+        _must_be_joint(joint)
         supply = self.supply_v[joint - 1]
         if not abs(volts) <= supply:  # refuses NaN as well
             raise UnreachableTargetError(f"The supply has {supply:g} V; {volts:g} V were asked for. Nothing was sent.")
@@ -255,7 +255,7 @@ class Arm:
         -------
         MotorCalibration
         """
-        self._must_be_joint(joint)
+        _must_be_joint(joint)
         self._switch_on()
         middle = sum(self.limits_deg[joint - 1]) / 2
         if abs(self.status().position_deg[joint - 1] - middle) > ROOM_DEG:
@@ -383,10 +383,6 @@ class Arm:
         self._stops.tell()
         raise ArmError(f"The arm on {self.name} was stopped by another part of this program.")
 
-    def _must_be_joint(self, joint):
-        if joint not in (1, 2):
-            raise StereoLabError(f"Expected joint 1 or 2, got {joint!r}.")
-
     def _why_it_stopped(self, status):
         kind, joint = status.fault[0], status.fault[1:]
         who = f"Joint {joint} of the arm on {self.name}" if joint else f"The arm on {self.name}"
@@ -407,6 +403,11 @@ class Arm:
     def _read_bounds(self):
         self.limits_deg = tuple((self.get(j, "lo"), self.get(j, "hi")) for j in (1, 2))
         self.supply_v = tuple(self.get(j, "supply") for j in (1, 2))
+
+
+def _must_be_joint(joint):
+    if joint not in (1, 2):
+        raise StereoLabError(f"Expected joint 1 or 2, got {joint!r}.")
 
 
 def _decimal(value):

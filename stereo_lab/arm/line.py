@@ -120,7 +120,7 @@ class Line:
             raise self._gone(error) from None
 
     def exchange(self, text, number, give_up_s=GIVE_UP_S):
-        """Send a command until it is answered: again after 0.3 s, and at once where noise was heard.
+        """Send a command until it is answered: again after 0.3 s, and sooner where noise was heard.
 
         Returns
         -------

@@ -108,7 +108,9 @@ ISR(USART_UDRE_vect) {
   }
 }
 
-uint8_t tx_waiting() { return (tx_head - tx_tail) & 127; }
+const uint8_t STATUS_BYTES = 100, ANSWER_BYTES = 60;  // no status and no other answer is longer
+
+bool room_for(uint8_t bytes) { return ((tx_head - tx_tail) & 127) < 128 - bytes; }
 
 uint16_t crc_add(uint16_t value, uint8_t byte) {  // CRC-16/CCITT-FALSE
   value ^= (uint16_t)byte << 8;
@@ -293,7 +295,7 @@ void plan_from_rest(Joint &joint) {
 }
 
 // The way that is left is what the plan counts down: a float has seven digits, and a slow plan far from zero would
-// add less than the last of them to its place, and never end.
+// add less than the last of them to its place, and never end. Not inlined: avr-gcc 5.4 spoils a register there.
 __attribute__((noinline)) void plan_to(Joint &joint, float goal, float cruise, float acceleration) {
   joint.goal = goal;
   joint.left = goal - joint.planned;
@@ -474,8 +476,8 @@ void tick() {
   }
   if (report_ms && now_ms - reported_ms >= report_ms) {
     reported_ms = now_ms;
-    if (tx_waiting() > 128 - 100) dropped++;
-    else say_status();
+    if (room_for(STATUS_BYTES)) say_status();
+    else dropped++;
   }
 }
 
@@ -847,11 +849,11 @@ void loop() {  // the motors first: however much comes down the line, no tick is
     tick_due = 0;
     tick();
   }
-  if (asked && tx_waiting() < 128 - 100) {
+  if (asked && room_for(STATUS_BYTES)) {
     asked = false;
     say_status();
   }
-  while (!stop_asked && !tick_due && !asked && rx_tail != rx_head && tx_waiting() < 128 - 60) {
+  while (!stop_asked && !tick_due && !asked && rx_tail != rx_head && room_for(ANSWER_BYTES)) {
     uint8_t byte = rx[rx_tail];
     rx_tail = (rx_tail + 1) & 63;
     receive(byte);
@@ -866,7 +868,7 @@ void loop() {  // the motors first: however much comes down the line, no tick is
     answer(OVERRUN, "");
   }
   cli();  // nothing to do: sleep until the next interrupt
-  bool waiting = asked ? tx_waiting() >= 128 - 100 : rx_tail == rx_head || tx_waiting() >= 128 - 60;
+  bool waiting = asked ? !room_for(STATUS_BYTES) : rx_tail == rx_head || !room_for(ANSWER_BYTES);
   if (!tick_due && !stop_asked && waiting) {
     sleep_enable();
     sei();
