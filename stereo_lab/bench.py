@@ -12,10 +12,10 @@ import cv2
 import numpy as np
 
 from stereo_lab.arm import connect
+from stereo_lab.common.threads import one_thread
 from stereo_lab.evaluation import judge
 from stereo_lab.kinematics import JointAngles
 from stereo_lab.localization import Localizer
-from stereo_lab.threads import one_thread
 
 PAIRS = 24
 LOOKS = 3  # every pair is timed so often; its fastest time counts

@@ -14,12 +14,12 @@ import cv2
 import numpy as np
 
 import stereo_lab
+from stereo_lab.common.files import read_json, user_folder, write_json
+from stereo_lab.common.threads import one_thread
 from stereo_lab.corners import check_board_size, find_corners, match_order
 from stereo_lab.errors import CalibrationError, StereoLabError
-from stereo_lab.files import read_json, user_folder, write_json
 from stereo_lab.judgement import judge
 from stereo_lab.solver import FEWEST, View, check_sides, choose_lens, same_moment, unseen_errors, why_dropped
-from stereo_lab.threads import one_thread
 
 OTHER_MOMENT = "the two pictures do not match: were they taken at the same moment?"
 PLACES = 3  # of px and mm; what two computers reckon differently lies far behind them

@@ -14,8 +14,8 @@ import cv2
 import numpy as np
 
 from stereo_lab import cone
+from stereo_lab.common.threads import one_thread
 from stereo_lab.errors import StereoLabError
-from stereo_lab.threads import one_thread
 
 BINS = 32  # the colour table has BINS steps a channel
 SAME_SIZE = 0.25  # a ball's radius may change by this part from one frame to the next

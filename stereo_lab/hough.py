@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from stereo_lab.threads import one_thread
+from stereo_lab.common.threads import one_thread
 
 LEAST_SLOPE = 60.0  # of the brightness, per px: weaker slopes are no edge
 

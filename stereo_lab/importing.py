@@ -11,8 +11,8 @@ from pathlib import Path
 
 import cv2
 
+from stereo_lab.common.files import natural_key, write_json
 from stereo_lab.errors import RecordingError
-from stereo_lab.files import natural_key, write_json
 from stereo_lab.pictures import PICTURES, read_image
 
 

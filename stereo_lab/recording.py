@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from stereo_lab.common.files import finite_number, natural_key, read_json, read_table
 from stereo_lab.errors import RecordingError, StereoLabError
-from stereo_lab.files import finite_number, natural_key, read_json, read_table
 from stereo_lab.importing import build_whole, expand, match_halves, one_size
 from stereo_lab.kinematics import TwoLinkArm
 from stereo_lab.pictures import PICTURES, read_image

@@ -15,7 +15,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
 from stereo_lab import plots  # noqa: E402
-from stereo_lab.files import write_whole  # noqa: E402
+from stereo_lab.common.files import write_whole  # noqa: E402
 
 PAPER_DEPTH_MM = 8.0  # the paper's Fig. 9: mean depth error, up to 2 m
 PAPER_PLANE_MM = 10.0  # the paper's Fig. 8: x and y within ±1 cm

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from stereo_lab import curves, homography, hough
+from stereo_lab.common.files import read_table
 from stereo_lab.detection import BallColor, BallDetector
 from stereo_lab.errors import StereoLabError
 from stereo_lab.evaluation import is_hit
-from stereo_lab.files import read_table
 from stereo_lab.pictures import read_image
 
 MATRIX = np.array([[600.0, 0, 319.5], [0, 600, 239.5], [0, 0, 1]])

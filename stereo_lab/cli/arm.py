@@ -45,7 +45,7 @@ def _arm_home(arm, options):
 
 
 def _arm_move(arm, options):
-    from stereo_lab.files import finite_number
+    from stereo_lab.common.files import finite_number
     from stereo_lab.kinematics import JointAngles
 
     if len(options.angles) != 2:

@@ -44,7 +44,7 @@ def clear_line():
 
 
 def write_json_option(path, content):
-    from stereo_lab.files import write_json
+    from stereo_lab.common.files import write_json
 
     if path == "-":
         print(json.dumps(content, indent=1))

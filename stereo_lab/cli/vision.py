@@ -85,8 +85,8 @@ def run_detect(options):
 
 def _color_from(path):
     """Learn a colour from a table file,u,v,radius_px; rows without a ball are passed over."""
+    from stereo_lab.common.files import finite_number, read_table
     from stereo_lab.detection import BallColor
-    from stereo_lab.files import finite_number, read_table
     from stereo_lab.pictures import read_image
 
     images, circles = [], []
@@ -102,7 +102,7 @@ def _color_from(path):
 
 
 def run_import(options):
-    from stereo_lab.files import finite_number
+    from stereo_lab.common.files import finite_number
     from stereo_lab.recording import Ball, Board, import_images
 
     parts = options.board.lower().replace("×", "x").split("x")

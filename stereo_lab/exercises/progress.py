@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 
+from stereo_lab.common.files import user_folder, write_whole
 from stereo_lab.errors import StereoLabError
-from stereo_lab.files import user_folder, write_whole
 
 
 def passed(lesson, number):
