@@ -9,7 +9,7 @@ from stereo_lab.common.files import read_table
 from stereo_lab.detection import BallColor, BallDetector
 from stereo_lab.errors import StereoLabError
 from stereo_lab.evaluation import is_hit
-from stereo_lab.pictures import read_image
+from stereo_lab.recording import read_image
 
 MATRIX = np.array([[600.0, 0, 319.5], [0, 600, 239.5], [0, 0, 1]])
 CAMERA = (MATRIX, np.zeros(5))

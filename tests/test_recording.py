@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from stereo_lab.errors import RecordingError, StereoLabError
-from stereo_lab.pictures import read_image
-from stereo_lab.recording import Board, import_images, open_recording
+from stereo_lab.recording import Board, import_images, open_recording, read_image
 
 FACTS = {
     "format": 1,

@@ -62,7 +62,7 @@ def run_calibrate(options):
 
 def run_detect(options):
     from stereo_lab.detection import BallColor, BallDetector
-    from stereo_lab.pictures import read_image
+    from stereo_lab.recording import read_image
 
     color = _color_from(options.color_from) if options.color_from else BallColor.named(options.color)
     detector = BallDetector(color, options.method)
@@ -87,7 +87,7 @@ def _color_from(path):
     """Learn a colour from a table file,u,v,radius_px; rows without a ball are passed over."""
     from stereo_lab.common.files import finite_number, read_table
     from stereo_lab.detection import BallColor
-    from stereo_lab.pictures import read_image
+    from stereo_lab.recording import read_image
 
     images, circles = [], []
     for where, row in read_table(path, ("file", "u", "v", "radius_px")):

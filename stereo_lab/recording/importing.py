@@ -13,10 +13,51 @@ import cv2
 
 from stereo_lab.common.files import natural_key, write_json
 from stereo_lab.errors import RecordingError
-from stereo_lab.pictures import PICTURES, read_image
+from stereo_lab.recording.model import Ball
+from stereo_lab.recording.opening import open_recording
+from stereo_lab.recording.pictures import PICTURES, read_image
 
 
-def build_whole(out, halves, facts):
+def import_images(left_glob, right_glob, board, out, ball=None):
+    """Make a recording from board pictures taken elsewhere.
+
+    Parameters
+    ----------
+    left_glob, right_glob : str, patterns such as ``"shots/left*.jpg"``
+    board : Board
+    out : path of a folder that is not there yet (or is empty)
+    ball : Ball, optional; a red one of 40 mm where it is not given
+
+    Returns
+    -------
+    Recording
+
+    Raises
+    ------
+    RecordingError
+        If a pattern finds nothing, the halves do not match, a picture is broken, sizes differ or
+        ``out`` is in use.
+    """
+    out = Path(out)
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise RecordingError(f"{out} is there already. Name a folder that is new.")
+    halves = _match_halves(_expand(left_glob), _expand(right_glob))
+    size = _one_size([path for pair in halves for path in pair])
+    ball = ball or Ball("red", 40.0)
+    facts = {
+        "format": 1,
+        "title": out.name,
+        "made_by": "camera",
+        "image_size": list(size),
+        "frame_rate": 10,
+        "board": {"columns": board.columns, "rows": board.rows, "square_mm": board.square_mm},
+        "ball": {"color": ball.color, "diameter_mm": ball.diameter_mm},
+    }
+    _build_whole(out, halves, facts)
+    return open_recording(out.resolve())
+
+
+def _build_whole(out, halves, facts):
     """Fill a temporary folder beside ``out``, then rename it."""
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
@@ -47,7 +88,7 @@ def _copy_picture(path, target):
         cv2.imwrite(str(target.with_suffix(".png")), read_image(path, grey_allowed=True))
 
 
-def expand(pattern):
+def _expand(pattern):
     paths = [Path(p) for p in glob.glob(os.path.expanduser(str(pattern)))]
     paths = sorted((p for p in paths if p.is_file()), key=natural_key)
     if not paths:
@@ -55,7 +96,7 @@ def expand(pattern):
     return paths
 
 
-def match_halves(left, right):
+def _match_halves(left, right):
     """Pair by the last number in the file names where these are unique, else by order."""
 
     def by_number(paths):
@@ -79,7 +120,7 @@ def match_halves(left, right):
     return list(zip(left, right, strict=True))
 
 
-def one_size(paths):
+def _one_size(paths):
     sizes = {path: read_image(path, grey_allowed=True).shape[1::-1] for path in paths}
     first = sizes[paths[0]]
     for path, size in sizes.items():
