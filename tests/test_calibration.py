@@ -8,7 +8,7 @@ import pytest
 from conftest import ROOT
 
 from stereo_lab.calibration import StereoCalibration, calibrate_stereo
-from stereo_lab.corners import find_corners
+from stereo_lab.calibration.corners import find_corners
 from stereo_lab.errors import CalibrationError
 from stereo_lab.recording import Board, StereoPair
 

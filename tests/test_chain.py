@@ -53,7 +53,7 @@ def test_paper_localizer_holds_in_the_plane(bench, bench_calibration):
 
 def test_a_calibration_of_other_cameras_is_named(bench, bench_calibration):
     turn = cv2.Rodrigues(np.radians([2.0, 0, 0]))[0]
-    other = replace(bench_calibration, rotation=turn @ bench_calibration.rotation, _maps={})
+    other = replace(bench_calibration, rotation=turn @ bench_calibration.rotation)
     with pytest.raises(CalibrationError, match="other cameras"):
         Localizer.fit(bench, calibration=other)
 

@@ -4,7 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from stereo_lab import curves, homography, hough
+from stereo_lab import curves, hough
+from stereo_lab.calibration import homography
 from stereo_lab.common.files import read_table
 from stereo_lab.detection import BallColor, BallDetector
 from stereo_lab.errors import StereoLabError

@@ -217,6 +217,3 @@ def why_dropped(fit, view, board, size):
         side = ("left", "right")[int(np.argmax(alone))]
         return f"corners of the {side} picture are off by {max(alone):.2f} px: blurred, bent or partly hidden"
     return f"the two pictures do not match ({vertical:.2f} px apart): were they taken at the same moment?"
-
-
-# --- once, then ever after ------------------------------------------------------------------------------

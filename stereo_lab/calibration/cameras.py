@@ -1,0 +1,232 @@
+"""Two calibrated cameras: what they do to a pixel and to a picture, and how to keep them in a file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import cv2
+import numpy as np
+
+from stereo_lab.common.files import read_json, write_json
+from stereo_lab.errors import CalibrationError, StereoLabError
+
+EXACT = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 60, 1e-9)  # for undoing the distortion
+
+
+@dataclass(frozen=True, eq=False)
+class StereoCalibration:
+    """Two calibrated cameras and how good the calibration is.
+
+    A point X in the left camera's frame (mm) is ``rotation @ X + translation_mm`` in the right one's.
+    """
+
+    image_size: tuple
+    left_matrix: np.ndarray
+    left_distortion: np.ndarray
+    right_matrix: np.ndarray
+    right_distortion: np.ndarray
+    rotation: np.ndarray
+    translation_mm: np.ndarray
+    rms_px: float
+    left_rms_px: float
+    right_rms_px: float
+    vertical_error_px: float
+    heldout_vertical_error_px: float | None
+    heldout_length_error_percent: float | None
+    focal_sigma_percent: float
+    board_bend_mm: float
+    lens: str
+    pairs: int
+    found: int
+    used: tuple
+    dropped: tuple
+    verdict: str = "poor"
+    reasons: tuple = ()
+
+    @property
+    def baseline_mm(self):
+        """Distance between the two optical centres."""
+        return float(np.linalg.norm(self.translation_mm))
+
+    @property
+    def focal_px(self):
+        """Focal length of the rectified pair."""
+        return float(self._rectified["left"][1][0, 0])
+
+    @property
+    def center_px(self):
+        """Principal point (c_u, c_v) of the rectified pair: the pixel that looks straight ahead."""
+        projection = self._rectified["left"][1]
+        return float(projection[0, 2]), float(projection[1, 2])
+
+    @cached_property
+    def _rectified(self):
+        """``{side: (rotation 3x3, projection 3x4)}`` of ``cv2.stereoRectify``."""
+        r1, r2, p1, p2 = cv2.stereoRectify(
+            self.left_matrix,
+            self.left_distortion,
+            self.right_matrix,
+            self.right_distortion,
+            tuple(self.image_size),
+            self.rotation,
+            self.translation_mm.reshape(3, 1),
+            alpha=0,
+        )[:4]
+        return {"left": (r1, p1), "right": (r2, p2)}
+
+    @cached_property
+    def _maps(self):
+        """``{side: the two maps of cv2.initUndistortRectifyMap}``: where each rectified pixel comes from."""
+        return {
+            side: cv2.initUndistortRectifyMap(
+                *self.camera(side), *self._rectified[side], tuple(self.image_size), cv2.CV_32FC1
+            )
+            for side in ("left", "right")
+        }
+
+    def camera(self, side):
+        """Matrix (3, 3) and distortion of one camera, ``side`` "left" or "right"."""
+        return getattr(self, f"{side}_matrix"), getattr(self, f"{side}_distortion")
+
+    def rectify(self, left, right):
+        """Both pictures with their rows made to match.
+
+        Parameters
+        ----------
+        left, right : ndarray, shape (height, width, 3)
+
+        Returns
+        -------
+        left, right : ndarray of the same shapes (``cv2.remap``)
+
+        Raises
+        ------
+        CalibrationError
+            If a picture is not of the size the cameras were calibrated for.
+        """
+        return tuple(self._remap(image, side) for image, side in ((left, "left"), (right, "right")))
+
+    def _remap(self, image, side):
+        self.check_size(image)
+        return cv2.remap(image, *self._maps[side], cv2.INTER_LINEAR)
+
+    def check_size(self, image):
+        """Raise CalibrationError if ``image`` is not of the calibrated size."""
+        size = image.shape[1::-1]
+        if size != tuple(self.image_size):
+            raise CalibrationError(
+                f"This calibration is for pictures of {self.image_size[0]}x{self.image_size[1]} pixels; "
+                f"this one is {size[0]}x{size[1]}. Calibrate these cameras at this size."
+            )
+
+    def rectify_points(self, points_Nx2, side):
+        """Raw pixels of one camera to rectified pixels, shape (N, 2) (``cv2.undistortPoints``)."""
+        points = np.asarray(points_Nx2, float).reshape(-1, 1, 2)
+        rotation, projection = self._rectified[side]
+        return cv2.undistortPoints(points, *self.camera(side), R=rotation, P=projection, criteria=EXACT).reshape(-1, 2)
+
+    def triangulate(self, left_Nx2, right_Nx2):
+        """Rectified pixels of both cameras to points in the rectified left frame.
+
+        Z = f·B / (u_left − u_right), X = (u − c_x)·Z/f, Y = (v − c_y)·Z/f.
+
+        Parameters
+        ----------
+        left_Nx2, right_Nx2 : array, rectified pixels
+
+        Returns
+        -------
+        ndarray, shape (N, 3), mm: X right, Y down, Z forward
+        """
+        left, right = (np.asarray(p, float).reshape(-1, 2) for p in (left_Nx2, right_Nx2))
+        p1, p2 = self._rectified["left"][1], self._rectified["right"][1]
+        focal = p1[0, 0]
+        disparity = (left[:, 0] - p1[0, 2]) - (right[:, 0] - p2[0, 2])
+        with np.errstate(divide="ignore"):
+            depth = -p2[0, 3] / disparity
+        row = (left[:, 1] + right[:, 1]) / 2
+        return np.column_stack([(left[:, 0] - p1[0, 2]) * depth / focal, (row - p1[1, 2]) * depth / focal, depth])
+
+    def depth_per_px(self, depth_mm):
+        """Millimetres of depth that one pixel of disparity is worth there: Z² / (f·B)."""
+        return depth_mm**2 / (self.focal_px * self.baseline_mm)
+
+    def facts(self):
+        """What ``stereo-lab calibrate --json`` tells."""
+        return {
+            "pairs": self.pairs,
+            "pairs_found": self.found,
+            "pairs_used": len(self.used),
+            "dropped": [{"name": name, "why": why} for name, why in self.dropped],
+            "rms_px": self.rms_px,
+            "left_rms_px": self.left_rms_px,
+            "right_rms_px": self.right_rms_px,
+            "vertical_error_px": self.vertical_error_px,
+            "heldout_vertical_error_px": self.heldout_vertical_error_px,
+            "heldout_length_error_percent": self.heldout_length_error_percent,
+            "baseline_mm": self.baseline_mm,
+            "focal_px": self.focal_px,
+            "focal_sigma_percent": self.focal_sigma_percent,
+            "board_bend_mm": self.board_bend_mm,
+            "lens": self.lens,
+            "verdict": self.verdict,
+            "reasons": list(self.reasons),
+        }
+
+    def save(self, path):
+        """Write everything to a JSON file."""
+        content = {"format": 1, "image_size": list(self.image_size)}
+        for key in ARRAYS:
+            content[key] = getattr(self, key).tolist()
+        content["used"] = list(self.used)
+        write_json(path, {**content, **self.facts()})
+
+    @classmethod
+    def load(cls, path):
+        """Read what :meth:`save` wrote.
+
+        Raises
+        ------
+        CalibrationError
+            If the file is no calibration.
+        """
+        try:
+            facts = read_json(path)
+        except StereoLabError as error:
+            raise CalibrationError(str(error)) from None
+        try:
+            return cls(
+                image_size=tuple(int(v) for v in facts["image_size"]),
+                **{key: _array(facts[key], shape) for key, shape in ARRAYS.items()},
+                **{key: facts[key] for key in PLAIN},
+                found=facts["pairs_found"],
+                used=tuple(facts["used"]),
+                dropped=tuple((d["name"], d["why"]) for d in facts["dropped"]),
+                reasons=tuple(facts["reasons"]),
+            )
+        except (KeyError, TypeError, ValueError) as error:
+            raise CalibrationError(
+                f"{path} is no calibration of this kit ({error}). Make one with: stereo-lab calibrate"
+            ) from None
+
+
+ARRAYS = {
+    "left_matrix": (3, 3),
+    "left_distortion": (-1,),
+    "right_matrix": (3, 3),
+    "right_distortion": (-1,),
+    "rotation": (3, 3),
+    "translation_mm": (3,),
+}
+PLAIN = (
+    "rms_px", "left_rms_px", "right_rms_px", "vertical_error_px", "heldout_vertical_error_px",
+    "heldout_length_error_percent", "focal_sigma_percent", "board_bend_mm", "lens", "pairs", "verdict",
+)  # fmt: skip
+
+
+def _array(value, shape):
+    array = np.asarray(value, float).reshape(shape)
+    if not np.isfinite(array).all():
+        raise ValueError("a number is not finite")
+    return array
