@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereo_lab.calibration import StereoCalibration, calibrate_recording
-from stereo_lab.cone import BALL
 from stereo_lab.depth import PaperDepth
-from stereo_lab.detection import BallDetector
+from stereo_lab.detection import BALL, BallDetector
 from stereo_lab.errors import CalibrationError, RecordingError, StereoLabError
 from stereo_lab.position import LineFit, RigidFit
 from stereo_lab.recording import Position

@@ -4,10 +4,9 @@ import cv2
 import numpy as np
 import pytest
 
-from stereo_lab import curves, hough
 from stereo_lab.calibration import homography
 from stereo_lab.common.files import read_table
-from stereo_lab.detection import BallColor, BallDetector
+from stereo_lab.detection import BallColor, BallDetector, curves, hough
 from stereo_lab.errors import StereoLabError
 from stereo_lab.evaluation import is_hit
 from stereo_lab.recording import read_image

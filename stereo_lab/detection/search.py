@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from stereo_lab.curves import through
+from stereo_lab.detection.curves import through
 
 SEARCH_WIDTH = 400  # a picture is halved until it is at most this wide
 LEAST_RADIUS_PX, LEAST_OF_WIDTH = 3.0, 0.007

@@ -1,10 +1,4 @@
-"""Lesson 02: find a ball of one colour in one picture.
-
-Two ways. ``method="paper"`` is Algorithm 1 of Rao and Singh: keep the pixels between two HLS bounds,
-blur, and let a circular Hough transform vote for a centre. ``method="cone"`` finds round things of the
-ball's colour, looks where their edge is to a fraction of a pixel, fits the cone of rays that touches
-the ball, and says None where that cone does not hold.
-"""
+"""The colour of a ball: HLS bounds for the paper's way, and a table of how ball-like a colour is for ours."""
 
 from __future__ import annotations
 
@@ -13,12 +7,9 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from stereo_lab import cone
-from stereo_lab.common.threads import one_thread
 from stereo_lab.errors import StereoLabError
 
 BINS = 32  # the colour table has BINS steps a channel
-SAME_SIZE = 0.25  # a ball's radius may change by this part from one frame to the next
 
 # Hue in OpenCV's 0…179; red wraps round 0. Least lightness and saturation keep grey and black out.
 HUES = {
@@ -29,16 +20,6 @@ HUES = {
     "blue": ((98, 130),),
 }
 LIGHTNESS, SATURATION = (25, 235), (70, 255)
-
-
-@dataclass(frozen=True)
-class Detection:
-    """A ball in a picture: its centre and radius in pixels of that picture, and a score 0…1."""
-
-    u: float
-    v: float
-    radius_px: float
-    score: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,115 +95,6 @@ class BallColor:
         """How ball-like each pixel's colour is, 0…255, shape (height, width)."""
         index = (image >> 3).astype(np.uint16)
         return self.table.ravel()[(index[..., 0] << 10) | (index[..., 1] << 5) | index[..., 2]]
-
-
-class BallDetector:
-    """Finds one ball in a picture.
-
-    Parameters
-    ----------
-    color : BallColor, or the name of one
-    method : "paper" or "cone"
-    camera : (matrix 3x3, distortion), optional
-        Intrinsics of the camera that took the pictures, for an exact cone; without them an ellipse
-        is fitted.
-    """
-
-    def __init__(self, color, method="cone", camera=None):
-        if method not in ("paper", "cone"):
-            raise StereoLabError(f'There is no method {method!r}. Choose "paper" or "cone".')
-        self.color = BallColor.named(color) if isinstance(color, str) else color
-        self.method = method
-        self.camera = camera
-
-    def detect(self, image, near=None):
-        """The ball, or None where there is none.
-
-        Parameters
-        ----------
-        image : ndarray, shape (height, width, 3), BGR, uint8
-        near : Detection, optional; where to look first (the ball in the frame before)
-
-        Returns
-        -------
-        Detection or None
-        """
-        image = check_image(image)
-        if self.method == "paper":
-            return detect_paper(image, self.color)
-        if near is not None:
-            found = self._look_near(image, near)
-            if found is not None:
-                return found
-        return _best(self.candidates(image))
-
-    def candidates(self, image, most=4):
-        """What may be the ball, best first (cone method); a score below ``cone.BALL`` is not enough alone."""
-        rounds = cone.find_balls(check_image(image), self.color, self.camera)
-        return [Detection(*r.center, r.radius_px, r.score) for r in rounds[:most]]
-
-    def _look_near(self, image, near):
-        """Look in a window round the ball's last place; less evidence is enough there for one of the same size."""
-        height, width = image.shape[:2]
-        reach = int(4 * near.radius_px + 12)
-        x0, y0 = max(0, int(near.u) - reach), max(0, int(near.v) - reach)
-        window = image[y0 : min(height, int(near.v) + reach), x0 : min(width, int(near.u) + reach)]
-        if min(window.shape[:2], default=0) < 8:
-            return None
-        rounds = cone.find_balls(window, self.color, self.camera, offset=(x0, y0), enough=cone.WEAK)
-        same = [r for r in rounds if abs(r.radius_px - near.radius_px) < SAME_SIZE * near.radius_px + 1]
-        return Detection(*same[0].center, same[0].radius_px, same[0].score) if same else None
-
-
-def _best(candidates):
-    return next((c for c in candidates if c.score >= cone.BALL), None)
-
-
-def check_image(image):
-    """A BGR uint8 picture, or a plain error."""
-    image = np.asarray(image)
-    if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
-        raise StereoLabError(
-            f"Expected a colour picture of shape (height, width, 3) and type uint8; got {image.shape} and {image.dtype}."
-        )
-    return image
-
-
-# --- the paper's way ---------------------------------------------------------------------------------
-
-BLUR_PX = 9
-HOUGH_RADII = (4, 0.2)  # least radius in px, largest as a part of the picture's height
-HOUGH_WIDTH = 1280  # a wider picture is made smaller: votes grow with the cube of the width
-MASK_LIMIT = 0.25  # of the picture; beyond it the Hough transform would vote for minutes
-
-
-def detect_paper(image, color):
-    """Algorithm 1: HLS bounds, blur, circular Hough transform, strongest circle.
-
-    Returns
-    -------
-    Detection or None, score 1
-    """
-    shrink = min(1.0, HOUGH_WIDTH / image.shape[1])
-    if shrink < 1:
-        image = cv2.resize(image, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
-    mask = color.mask(image)
-    if not 0 < np.count_nonzero(mask) < MASK_LIMIT * mask.size:
-        return None
-    blurred = cv2.GaussianBlur(mask, (BLUR_PX, BLUR_PX), 0)
-    largest = int(HOUGH_RADII[1] * image.shape[0])
-    with one_thread():
-        circles = cv2.HoughCircles(
-            blurred, cv2.HOUGH_GRADIENT, dp=1, minDist=image.shape[0], param1=200, param2=10,
-            minRadius=HOUGH_RADII[0], maxRadius=largest,
-        )  # fmt: skip
-    if circles is None:
-        return None
-    u, v, radius = (float(c) for c in circles.reshape(-1, circles.shape[-1])[0, :3])
-    return Detection((u + 0.5) / shrink - 0.5, (v + 0.5) / shrink - 0.5, radius / shrink, 1.0)
-
-
-# --- colour tables -----------------------------------------------------------------------------------
 
 
 def _bin_colors():

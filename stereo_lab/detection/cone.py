@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from stereo_lab.curves import best_circle, fit_circle, fit_cone, fit_ellipse, to_rays, trust
-from stereo_lab.edges import color_edge, edge_points
-from stereo_lab.search import SURELY, blob_circles, least_radius, small_copies, voted_circles
+from stereo_lab.detection.curves import best_circle, fit_circle, fit_cone, fit_ellipse, to_rays, trust
+from stereo_lab.detection.edges import color_edge, edge_points
+from stereo_lab.detection.search import SURELY, blob_circles, least_radius, small_copies, voted_circles
 
 MOST_PASSES = 6
 SETTLED_PX, ROUGHLY_SETTLED_PX = 0.03, 0.3

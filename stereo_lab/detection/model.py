@@ -1,0 +1,29 @@
+"""What every way of finding a ball takes and gives: a picture in, a Detection out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereo_lab.errors import StereoLabError
+
+
+@dataclass(frozen=True)
+class Detection:
+    """A ball in a picture: its centre and radius in pixels of that picture, and a score 0…1."""
+
+    u: float
+    v: float
+    radius_px: float
+    score: float
+
+
+def check_image(image):
+    """A BGR uint8 picture, or a plain error."""
+    image = np.asarray(image)
+    if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
+        raise StereoLabError(
+            f"Expected a colour picture of shape (height, width, 3) and type uint8; got {image.shape} and {image.dtype}."
+        )
+    return image
