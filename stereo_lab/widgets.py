@@ -258,7 +258,7 @@ def stopping(motor, goal_deg=90.0):
 
     Parameters
     ----------
-    motor : stereo_lab.motors.Motor
+    motor : stereo_lab.motion.motors.Motor
     """
     tuning = Tuning.of(calibrate_motor(push_of(motor), motor.supply_v), motor.counts_per_turn)
 

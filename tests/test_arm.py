@@ -12,7 +12,7 @@ from conftest import ROOT
 
 from stereo_lab.arm import connect, line, ports
 from stereo_lab.arm import protocol as wire
-from stereo_lab.arm.joint import Joint
+from stereo_lab.arm.virtual.joint import Joint
 from stereo_lab.errors import ArmError, StereoLabError, UnreachableTargetError
 from stereo_lab.kinematics import JointAngles
 from stereo_lab.motion import Profile

@@ -20,7 +20,7 @@ from stereo_lab.motion import (
     slow_zone_deg,
     trapezoid_step,
 )  # fmt: skip
-from stereo_lab.motors import STICTION, DirectionFit, push_turns_deg
+from stereo_lab.motion.motors import STICTION, DirectionFit, push_turns_deg
 
 MOTORS = [Motor.random(np.random.default_rng(k)) for k in range(200)]
 CRUISE = 180.0

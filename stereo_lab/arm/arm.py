@@ -11,7 +11,7 @@ from stereo_lab.arm.line import AGAIN_S, GIVE_UP_S, Line, open_port
 from stereo_lab.arm.stops import Stops
 from stereo_lab.errors import ArmError, RefusedError, StereoLabError, UnreachableTargetError
 from stereo_lab.kinematics import JointAngles
-from stereo_lab.motors import calibrate_motor
+from stereo_lab.motion import calibrate_motor
 
 ASK_S = 0.1  # how often a moving arm is asked how it is; this also feeds its watchdog
 STOP_S = 0.1  # how long a stop waits to be confirmed before it is sent again

@@ -15,8 +15,8 @@ from serial.tools import list_ports
 from stereo_lab.arm import protocol as wire
 from stereo_lab.errors import ArmError, RefusedError
 
-if "stereo_lab.arm" not in serial.protocol_handler_packages:
-    serial.protocol_handler_packages.append("stereo_lab.arm")  # where pyserial finds virtual://
+if "stereo_lab.arm.virtual" not in serial.protocol_handler_packages:
+    serial.protocol_handler_packages.append("stereo_lab.arm.virtual")  # where pyserial finds virtual://
 
 ANSWER_S = 0.3  # a command that is not answered so long is sent again
 GIVE_UP_S = 0.9  # and after so long it has failed

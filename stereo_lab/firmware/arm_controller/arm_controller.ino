@@ -2,8 +2,8 @@
  *
  * For an Arduino Uno or Nano (ATmega328P, 16 MHz). Open it in the Arduino IDE and upload it as it is; it needs no
  * library. Parts, wiring and what to check before power: README.md one folder up. The protocol: PROTOCOL.md there.
- * The rules by which it moves stand in Python in stereo_lab/motion.py, the same controller in Python in
- * stereo_lab/arm/controller.py: the names are the same.
+ * The rules by which it moves stand in Python in stereo_lab/motion/rules.py, the same controller in Python in
+ * stereo_lab/arm/virtual/controller.py: the names are the same.
  *
  *   joint 1   PWM D9    IN1 D6    IN2 D7     encoder A0, A1   switch D2
  *   joint 2   PWM D10   IN1 D11   IN2 D12    encoder A2, A3   switch D3       driver's standby D8
@@ -286,7 +286,7 @@ void stall(uint8_t j) {
   event("stall", j);
 }
 
-// --- ways to move (stereo_lab/motion.py) -------------------------------------------------------------------
+// --- ways to move (stereo_lab/motion/rules.py) -------------------------------------------------------------------
 
 void plan_from_rest(Joint &joint) {
   joint.planned = joint.position;

@@ -129,9 +129,6 @@ def push_of(motor):
     return push
 
 
-# --- measuring a motor -------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True, eq=False)
 class DirectionFit:
     """One direction of one motor, from measurements only.

@@ -7,8 +7,8 @@ A controller reads lines, drives two joints and writes lines. It sees its motors
 from __future__ import annotations
 
 from stereo_lab.arm import protocol as wire
-from stereo_lab.arm.interpreter import Interpreter
-from stereo_lab.arm.joint import BACK, CREEP, IDLE, MOVE, PUSH, REST, SECOND_JOINT, SEEK, Joint
+from stereo_lab.arm.virtual.interpreter import Interpreter
+from stereo_lab.arm.virtual.joint import BACK, CREEP, IDLE, MOVE, PUSH, REST, SECOND_JOINT, SEEK, Joint
 from stereo_lab.motion import REST_TICKS, TICK_S, SlowDownRule
 
 HOMING = (SEEK, BACK, CREEP, REST)

@@ -1,4 +1,4 @@
-"""Lesson 06: ways to stop a motor where it should. What a motor is, and how to measure it, stands in motors.py.
+"""Ways to stop a motor where it should.
 
 Degrees at the joint, degrees per second, volts; plus is counter-clockwise. The controller looks at the
 encoder every ``TICK_S`` seconds and sets a new voltage. The virtual arm and the lesson use the rules
@@ -12,23 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stereo_lab.motors import (
-    DirectionFit,
-    Motor,
-    MotorCalibration,
-    advance,
-    calibrate_motor,
-    drag_link,
-    encoder_count,
-    polled_counts,
-    push_of,
-)  # fmt: skip
-
-__all__ = [
-    "DirectionFit", "Motor", "MotorCalibration", "Profile", "Run", "SlowDownRule", "Tuning", "advance",
-    "calibrate_motor", "drag_link", "drive", "encoder_count", "polled_counts", "push_of", "slow_down_volts",
-    "slow_zone_deg", "tracking_volts", "trapezoid_step",
-]  # fmt: skip
+from stereo_lab.motion.motors import advance, encoder_count
 
 TICK_S = 0.002  # the controller looks and acts 500 times a second
 ARRIVED_COUNTS = 0.6  # a goal lies half a count beside the nearest one at most; a little more is there
@@ -224,9 +208,6 @@ class _Rest:
         self._ticks = self._ticks + 1 if measured_deg == self._last else 0
         self._last = measured_deg
         return self._ticks
-
-
-# --- a motor on its own ------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ class Interpreter:
 
     Attributes
     ----------
-    controller : stereo_lab.arm.controller.Controller
+    controller : stereo_lab.arm.virtual.controller.Controller
     checksum : bool, whether every line needs one
     tx : bytearray, what is to be sent
     """

@@ -1,6 +1,6 @@
 """``virtual://arm``: an arm without hardware, behind a serial port of pyserial.
 
-Its controller answers the same bytes as the firmware; its motors are those of ``motors.py``. Time passes
+Its controller answers the same bytes as the firmware; its motors are those of ``stereo_lab.motion``. Time passes
 while the host reads, so a move of a second is over in milliseconds; ``?realtime=1`` follows the clock.
 """
 
@@ -15,9 +15,8 @@ import numpy as np
 from serial.serialutil import PortNotOpenError, SerialBase, SerialException
 
 from stereo_lab.arm import protocol as wire
-from stereo_lab.arm.controller import BYTES_PER_TICK, Controller
-from stereo_lab.motion import TICK_S
-from stereo_lab.motors import Motor, advance, drag_link, encoder_count
+from stereo_lab.arm.virtual.controller import BYTES_PER_TICK, Controller
+from stereo_lab.motion import TICK_S, Motor, advance, drag_link, encoder_count
 
 BENCH_MOTORS = (
     Motor(speed_per_volt=212.0, dead_band_v=(1.05, 1.45), time_constant_s=0.07),

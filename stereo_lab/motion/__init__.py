@@ -1,0 +1,32 @@
+"""Lesson 06: motors, how to measure them, and ways to stop them where they should."""
+
+from stereo_lab.motion.motors import (
+    DirectionFit,
+    Motor,
+    MotorCalibration,
+    advance,
+    calibrate_motor,
+    drag_link,
+    encoder_count,
+    polled_counts,
+    push_of,
+)  # fmt: skip
+from stereo_lab.motion.rules import (
+    REST_TICKS,
+    TICK_S,
+    Profile,
+    Run,
+    SlowDownRule,
+    Tuning,
+    drive,
+    slow_down_volts,
+    slow_zone_deg,
+    tracking_volts,
+    trapezoid_step,
+)  # fmt: skip
+
+__all__ = [
+    "REST_TICKS", "TICK_S", "DirectionFit", "Motor", "MotorCalibration", "Profile", "Run", "SlowDownRule", "Tuning",
+    "advance", "calibrate_motor", "drag_link", "drive", "encoder_count", "polled_counts", "push_of",
+    "slow_down_volts", "slow_zone_deg", "tracking_volts", "trapezoid_step",
+]  # fmt: skip
