@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from conftest import ROOT
 
-from stereo_lab import bench as measure
 from stereo_lab.errors import CalibrationError
 from stereo_lab.localization import Localizer
+from stereo_lab.results import benchmark as measure
 
 
 def run(*arguments, cwd=ROOT):
@@ -160,7 +160,7 @@ def test_every_command_has_help_with_an_example():
 def test_bench_measures_every_way(bench, bench_calibration, monkeypatch):
     monkeypatch.setattr(measure, "PAIRS", 3)
     monkeypatch.setattr(measure, "POINTS", 20_000)
-    groups = measure.bench(bench)
+    groups = measure.benchmark(bench)
     paper, whole, near, dense = groups["locating"]
     assert max(whole["error_mm"], near["error_mm"]) < min(3, paper["error_mm"], dense["error_mm"])
     one_by_one, arrays, searched = groups["inverse_kinematics"][:3]

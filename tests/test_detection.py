@@ -8,8 +8,8 @@ from stereo_lab.calibration import homography
 from stereo_lab.common.files import read_table
 from stereo_lab.detection import BallColor, BallDetector, curves, hough
 from stereo_lab.errors import StereoLabError
-from stereo_lab.evaluation import is_hit
 from stereo_lab.recording import read_image
+from stereo_lab.results.evaluation import is_hit
 
 MATRIX = np.array([[600.0, 0, 319.5], [0, 600, 239.5], [0, 0, 1]])
 CAMERA = (MATRIX, np.zeros(5))

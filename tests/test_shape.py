@@ -41,7 +41,7 @@ def test_lessons_do_not_import_each_other(lesson):
 @pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda p: p.name)
 def test_heavy_packages_stay_where_they_belong(path):
     used = {name.split(".")[0] for name in imports(path)}
-    allowed = {"matplotlib": {"plots", "widgets", "report"}, "ipywidgets": {"widgets"}, "mitsuba": set()}
+    allowed = {"matplotlib": {"plots", "widgets"}, "ipywidgets": {"widgets"}, "mitsuba": set()}
     for package, homes in allowed.items():
         assert package not in used or homes & {path.stem, path.parent.name}
 

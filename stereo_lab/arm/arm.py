@@ -7,7 +7,7 @@ import logging
 import serial
 
 from stereo_lab.arm import protocol as wire
-from stereo_lab.arm.line import AGAIN_S, GIVE_UP_S, Line, open_port
+from stereo_lab.arm.line import AGAIN_S, GIVE_UP_S, SerialLine, open_port
 from stereo_lab.arm.stops import Stops
 from stereo_lab.errors import ArmError, RefusedError, StereoLabError, UnreachableTargetError
 from stereo_lab.kinematics import JointAngles
@@ -69,7 +69,7 @@ class Arm:
     """
 
     def __init__(self, port):
-        self.port, self.line = port, Line(port)
+        self.port, self.line = port, SerialLine(port)
         self.name = self.line.name
         self.limits_deg, self.supply_v = None, None
         self._number, self._stops = 0, Stops()

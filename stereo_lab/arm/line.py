@@ -87,7 +87,7 @@ class Heard:
     misheard: int = 0
 
 
-class Line:
+class SerialLine:
     """An open port and the protocol on it. Every line carries a checksum.
 
     Attributes

@@ -18,7 +18,7 @@ from stereo_lab.calibration.solver import (
     unseen_errors,
     why_dropped,
 )
-from stereo_lab.calibration.verdict import judge
+from stereo_lab.calibration.verdict import verdict_on
 from stereo_lab.common.threads import one_thread
 from stereo_lab.errors import CalibrationError
 
@@ -90,7 +90,7 @@ def calibrate_stereo(pairs, board, progress=None):
         used=tuple(view.name for view in used),
         dropped=tuple(sorted(dropped)),
     )
-    verdict, reasons = judge(result, board, [(v.left, v.right) for v in used])
+    verdict, reasons = verdict_on(result, board, [(v.left, v.right) for v in used])
     return replace(result, verdict=verdict, reasons=reasons)
 
 

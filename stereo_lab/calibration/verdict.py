@@ -14,8 +14,8 @@ PLAUSIBLE_SQUARE_MM = (4.0, 250.0)
 UNITS = ((10.0, "centimetres"), (1000.0, "metres"), (25.4, "inches"), (0.1, "tenths of a millimetre"))
 
 
-def judge(calibration, board, corners):
-    """Judge a calibration.
+def verdict_on(calibration, board, corners):
+    """What a calibration is worth.
 
     Parameters
     ----------

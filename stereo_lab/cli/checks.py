@@ -9,12 +9,12 @@ from stereo_lab.cli.terminal import OK, Progress, write_json_option
 
 
 def run_bench(options):
-    from stereo_lab.bench import bench, page
     from stereo_lab.recording import open_recording
+    from stereo_lab.results.benchmark import benchmark, page
 
     recording = open_recording(options.recording)
     with Progress() as progress:
-        groups = bench(recording, progress)
+        groups = benchmark(recording, progress)
     if options.json != "-":
         print(page(groups))
     write_json_option(options.json, {"recording": recording.name, **groups})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from pathlib import Path
@@ -11,9 +12,10 @@ from stereo_lab.errors import StereoLabError
 
 
 def run_demo(options):
-    from stereo_lab import report
-    from stereo_lab.evaluation import evaluate
+    os.environ.setdefault("MPLBACKEND", "agg")  # figures go to a file: no window is needed, nor a screen
     from stereo_lab.recording import open_recording
+    from stereo_lab.results import report
+    from stereo_lab.results.evaluation import evaluate
 
     recording = open_recording(options.recording)
     quiet = options.json == "-"

@@ -5,6 +5,8 @@ Colours are those of Okabe and Ito; marker and dash tell the same story to whoev
 
 from __future__ import annotations
 
+import io
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -17,6 +19,14 @@ def figure(rows=1, columns=1, height=4.5, width=11.0):
     plt.draw_if_interactive()  # loads Jupyter's backend first: inside rc_context its settings would be undone
     with plt.rc_context(STYLE):
         return plt.subplots(rows, columns, figsize=(width, height), layout="constrained", squeeze=False)
+
+
+def png(fig):
+    """A finished figure as the bytes of a PNG file; the figure is closed."""
+    data = io.BytesIO()
+    fig.savefig(data, format="png")
+    plt.close(fig)
+    return data.getvalue()
 
 
 def show_image(image, title, ax=None):

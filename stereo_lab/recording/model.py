@@ -88,6 +88,11 @@ class Sample:
     truth: Position | None
     use: str
 
+    @property
+    def reference(self):
+        """Where the ball is, as well as is known: the exact place, or the measured one on a camera recording."""
+        return self.truth or self.measured
+
 
 @dataclass(frozen=True)
 class Recording:

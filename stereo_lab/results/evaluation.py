@@ -33,7 +33,7 @@ class Results:
     @property
     def limit_depth_mm(self):
         """Mean of Z² / (f·B)·σ_d over the volume poses, σ_d as measured."""
-        depths = [judge(s).depth_mm for s, _ in self.found.get("cone", []) if s.use == "volume"]
+        depths = [s.reference.depth_mm for s, _ in self.found.get("cone", []) if s.use == "volume"]
         if not depths or self.disparity_sigma_px is None:
             return None
         return float(np.mean(self.calibration.depth_per_px(np.array(depths))) * self.disparity_sigma_px)
@@ -41,7 +41,12 @@ class Results:
     def errors(self, method, use):
         """x, y and depth errors in mm of one method, shape (N, 3), and the true depths, shape (N,)."""
         rows = [
-            [p.x_mm - judge(s).x_mm, p.y_mm - judge(s).y_mm, p.depth_mm - judge(s).depth_mm, judge(s).depth_mm]
+            [
+                p.x_mm - s.reference.x_mm,
+                p.y_mm - s.reference.y_mm,
+                p.depth_mm - s.reference.depth_mm,
+                s.reference.depth_mm,
+            ]
             for s, p in self.found.get(method, [])
             if s.use == use and p is not None
         ]
@@ -73,11 +78,6 @@ class Results:
                 facts[use]["missed"] = sum(p is None for _, p in rows)
         facts["missed"] = sum(p is None for _, p in self.found[method])
         return facts
-
-
-def judge(sample):
-    """The exact place where it is known, else the one measured with a ruler."""
-    return sample.truth or sample.measured
 
 
 def _spread(errors):

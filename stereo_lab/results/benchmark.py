@@ -13,7 +13,6 @@ import numpy as np
 
 from stereo_lab.arm import connect
 from stereo_lab.common.threads import one_thread
-from stereo_lab.evaluation import judge
 from stereo_lab.kinematics import JointAngles
 from stereo_lab.localization import Localizer
 
@@ -25,7 +24,7 @@ SEARCHES = 20
 MOVES = 12
 
 
-def bench(recording, report=lambda step, done, total: None):
+def benchmark(recording, report=lambda step, done, total: None):
     """Measure each way of doing a thing, in one run.
 
     Parameters
@@ -92,7 +91,7 @@ def locating(recording, report=lambda step, done, total: None):
             ms, place = _fastest(lambda way=way, pair=pair, seen=seen: way(pair, seen))
             spent[name].append(ms)
             if place is not None:
-                errors[name].append(abs(place.depth_mm - judge(sample).depth_mm))
+                errors[name].append(abs(place.depth_mm - sample.reference.depth_mm))
     return [
         {"way": name, "ms": float(np.median(spent[name])), "error_mm": float(np.mean(errors[name])),
          "missed": len(samples) - len(errors[name]), "of": len(samples)}

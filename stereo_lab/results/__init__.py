@@ -1,0 +1,1 @@
+"""What judges the chain: both ways measured on a recording, the report of it, and what each way costs."""

@@ -1,0 +1,125 @@
+"""The paper's figures 2, 4, 5, 8 and 9, drawn from one run of the whole chain."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from stereo_lab import plots
+from stereo_lab.detection import BLUR_PX, BallColor, detect_paper
+
+PAPER_PLANE_MM = 10.0  # the paper's Fig. 8: x and y within ±1 cm
+
+
+def can_draw(draw, results):
+    """Whether a recording has what a figure needs."""
+    sets = set(results.recording.sets)
+    return NEEDS[draw] <= sets and (draw is draw_epipolar or bool(results.localizers))
+
+
+def draw_epipolar(results):
+    """Fig. 2: rows before and after rectification."""
+    pair = next(p for p in results.recording.pairs("calibration") if p.name in results.calibration.used)
+    raw = (pair.left, pair.right)
+    rows_px = np.linspace(0.1, 0.9, 7) * raw[0].shape[0]
+    fig, axes = plots.figure(2, 1, height=8.4)
+    plots.side_by_side(*raw, rows_px, "Raw: the same corner lies on different rows", axes[0, 0])
+    plots.side_by_side(*results.calibration.rectify(*raw), rows_px, "Rectified: every corner keeps its row", axes[1, 0])
+    return fig
+
+
+def draw_detection(results):
+    """Fig. 4: from the picture to the circle."""
+    image = results.recording.samples("position")[0].pair.left
+    color = BallColor.named(results.recording.ball.color)
+    mask = color.mask(image)
+    found = detect_paper(image, color)
+    cone = results.localizers["cone"].detectors[0].detect(image)
+    fig, axes = plots.figure(1, 3, height=3.6, width=12)
+    plots.show_image(cv2.cvtColor(mask, cv2.COLOR_GRAY2BGR), "In the colour range", axes[0, 0])
+    blurred = cv2.GaussianBlur(mask, (BLUR_PX, BLUR_PX), 0)
+    plots.show_image(cv2.cvtColor(blurred, cv2.COLOR_GRAY2BGR), "Blurred", axes[0, 1])
+    plots.show_image(image, "Hough circle (dark), cone (light)", axes[0, 2])
+    for detection, shade in ((found, plots.BLACK), (cone, plots.ORANGE)):
+        if detection is not None:
+            plots.mark_ball(detection.u, detection.v, detection.radius_px, axes[0, 2], shade)
+    return fig
+
+
+def draw_lines(results):
+    """Fig. 5: the two straight lines of Eq. 1 and 2."""
+    localizer = results.localizers["paper"]
+    seen = {"fit": [], "check": []}
+    for sample in results.recording.samples("position"):
+        pair = localizer.detect(sample.pair.left, sample.pair.right)
+        if pair is not None and sample.use in seen:
+            seen[sample.use].append((pair[0].u, pair[0].v, sample.measured.x_mm, sample.measured.y_mm))
+    fit, check = (np.array(seen[k] or [[np.nan] * 4]) for k in ("fit", "check"))
+    fig, axes = plots.figure(1, 2, height=4.6)
+    for k, (pixel, length) in enumerate((("u (px, rectified)", "x (mm)"), ("v (px, rectified)", "y (mm)"))):
+        title = f"{length[0]} is a straight line in {pixel[0]}"
+        plots.line_fit(
+            fit[:, k],
+            fit[:, 2 + k],
+            check[:, k],
+            check[:, 2 + k],
+            localizer.models[k],
+            (pixel, length),
+            title,
+            axes[0, k],
+        )
+    return fig
+
+
+def draw_scatter(results):
+    """Fig. 8: errors in the arm's plane."""
+    fig, axes = plots.figure(1, 2, height=5.2)
+    for k, (method, name) in enumerate((("paper", "Two lines"), ("cone", "Rigid fit"))):
+        errors, _ = results.errors(method, "plane")
+        inside = (np.abs(errors[:, :2]) <= PAPER_PLANE_MM).all(1).sum()
+        title = f"{name}: {inside} of {len(errors)} within ±1 cm"
+        plots.scatter_errors(
+            errors[:, 0],
+            errors[:, 1],
+            PAPER_PLANE_MM,
+            title,
+            axes[0, k],
+            (plots.VERMILION, plots.BLUE)[k],
+            "s" if k == 0 else "o",
+        )
+    return fig
+
+
+def draw_histogram(results):
+    """Fig. 9: how large the depth error is, up to the far end of the volume."""
+    fig, axes = plots.figure(1, 2, height=4.4)
+    for k, (method, name) in enumerate((("paper", "Eq. 4"), ("cone", "Cone and triangulation"))):
+        errors, _ = results.errors(method, "volume")
+        title = f"{name}: {np.abs(errors[:, 2]).mean():.1f} mm on average"
+        plots.histogram_errors(errors[:, 2], title, axes[0, k], (plots.VERMILION, plots.BLUE)[k], ("//", "")[k])
+    return fig
+
+
+FIGURES = (
+    (
+        draw_epipolar,
+        "The paper's Fig. 2: a pair of the board with level lines. Raw, a corner sits on another row in each camera; rectified, on the same.",
+    ),
+    (
+        draw_detection,
+        "The paper's Fig. 4: pixels in the colour range are white; blurred; and the circles found in the picture.",
+    ),
+    (
+        draw_lines,
+        "The paper's Fig. 5: measured x against pixel column and y against pixel row, four samples to fit and four to check.",
+    ),
+    (draw_scatter, "The paper's Fig. 8: errors in x and y in the plane of the arm; the dashed box is ±1 cm."),
+    (draw_histogram, "The paper's Fig. 9: how many pairs have which depth error; the dashed line is the mean."),
+)
+NEEDS = {
+    draw_epipolar: {"calibration"},
+    draw_detection: {"position"},
+    draw_lines: {"position", "evaluation"},
+    draw_scatter: {"evaluation"},
+    draw_histogram: {"evaluation"},
+}
