@@ -160,9 +160,6 @@ def _same_ball(calibration, diameter_mm, left, right):
     return True
 
 
-# --- fitting -----------------------------------------------------------------------------------------
-
-
 def _fit_cone(recording, calibration, detectors):
     samples = [*recording.samples("position"), *recording.samples("depth")]
     found, places, missed = [], [], []

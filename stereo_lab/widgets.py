@@ -307,9 +307,6 @@ def stopping(motor, goal_deg=90.0):
     )
 
 
-# --- drawing -----------------------------------------------------------------------------------------------
-
-
 def _slider(description, value, low, high, step=1):
     return ipywidgets.IntSlider(
         int(value), low, high, step, description=description, style=LONG, layout=ipywidgets.Layout(width="560px")

@@ -67,9 +67,6 @@ def arm():
         yield arm
 
 
-# --- what it does --------------------------------------------------------------------------------------------
-
-
 def test_connecting_moves_nothing(arm):
     arm.port.sleep(3)
     assert arm.status().state == "off" and arm.angles() == JointAngles(0, 0)
@@ -364,9 +361,6 @@ def test_limits_can_be_those_of_a_recording(arm, second_rig):
         arm.move_to(JointAngles(0, 150))
 
 
-# --- refused before anything is sent -------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("angles", "words"),
     [
@@ -413,9 +407,6 @@ def test_a_calibration_without_room_is_told(arm):
 def test_a_push_beyond_the_supply_is_refused(arm):
     with pytest.raises(UnreachableTargetError, match="6 V"):
         arm.push(1, 7.0, 0.1)
-
-
-# --- faults --------------------------------------------------------------------------------------------------
 
 
 def test_unknown_port_is_named_with_what_there_is():
@@ -655,9 +646,6 @@ def test_a_board_on_usb_gets_time_to_start(monkeypatch):
     with pytest.raises(ArmError):
         connect(port)
     assert 2.0 < port.time < 3.0
-
-
-# --- the command line ----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

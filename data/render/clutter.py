@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-import poses
 import scene
+from places import draw_point, stream
 
 HUES = [[0.1, 0.16, 0.34], [0.42, 0.3, 0.12], [0.08, 0.22, 0.12], [0.5, 0.48, 0.42], [0.2, 0.13, 0.12]]
 
 
 def props(rig, backdrop):
     """All props of one arrangement: a wall, a shelf or posters, neutral things and red ones."""
-    rng = poses.stream(rig, "arrangement", backdrop)
+    rng = stream(rig, "arrangement", backdrop)
     table, wall_z = rig.room["table_y_mm"], rig.room["backdrop_z_mm"]
     wall = np.clip(rng.uniform(0.3, 0.75) * (1 + rng.normal(0, 0.12, 3)), 0.1, 0.8).tolist()
     things = [{"kind": "panel", "at": [0, 500, wall_z], "size": [5200, 3600], "color": wall}]
@@ -141,7 +141,7 @@ def frames(rig, rng, spec):
         light = lights[(backdrop + int(rng.random() < 0.5)) % len(lights)]
         frame = {"color": color, "backdrop": backdrop, "light": light, "sides": sides}
         if index not in empty:
-            ball = poses._draw(rig, rng, spec["depth_mm"], sides)
+            ball = draw_point(rig, rng, spec["depth_mm"], sides)
             frame["ball"] = tuple(ball)
             if rng.random() < spec.get("hidden", 0):
                 frame["cover"] = _cover(rig, rng, ball)

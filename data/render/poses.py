@@ -5,13 +5,12 @@ Each set has a random stream of its own, so that a change in one set moves no ot
 
 from __future__ import annotations
 
-import zlib
 from dataclasses import dataclass, field
 
+import clutter
 import numpy as np
 import scene
-
-EDGE_PX = 8
+from places import EDGE_PX, bench_point, draw_point, stream
 
 
 @dataclass(frozen=True)
@@ -31,11 +30,6 @@ class Frame:
     path: tuple = field(default=())  # where the ball is while the shutter is open
 
 
-def stream(rig, *words):
-    """A random generator of its own for these words."""
-    return np.random.default_rng([rig.seed, *(zlib.crc32(str(w).encode()) for w in words)])
-
-
 def plan(rig):
     """All frames of a rig: ``{set name: [Frame, ...]}``."""
     return {name: _plan_set(rig, name, spec) for name, spec in rig.sets.items()}
@@ -47,8 +41,6 @@ def _plan_set(rig, name, spec):
     if kind == "boards":
         frames = _boards(rig, rng, spec)
     elif kind == "clutter":
-        import clutter
-
         frames = clutter.frames(rig, rng, spec)
     else:
         frames = MAKERS[kind](rig, rng, spec)
@@ -56,9 +48,6 @@ def _plan_set(rig, name, spec):
     for name, place in moved.items():
         frames[int(name)]["ball"] = tuple(place)
     return [Frame(**{**frame, "name": f"{i:03d}"}) for i, frame in enumerate(frames)]
-
-
-# --- boards ------------------------------------------------------------------------------------
 
 
 def _boards(rig, rng, spec):
@@ -88,14 +77,7 @@ def _board_pose(rig, rng, depth_range, cell):
     u = (cell % 3 + rng.uniform(0, 1)) / 3 * width
     v = (cell // 3 + rng.uniform(0, 1)) / 3 * height
     turn = (rng.uniform(-38, 38), rng.uniform(-38, 38), rng.normal(0, 14))
-    return tuple(_bench_point(rig, u, v, depth)), turn
-
-
-def _bench_point(rig, u, v, depth_mm):
-    """The point at this depth that the left camera sees near (u, v), distortion left out."""
-    camera = rig.left
-    ray = np.linalg.inv(camera.matrix) @ [u, v, 1.0] @ camera.rotation
-    return camera.position_mm + ray * depth_mm / -ray[2]
+    return tuple(bench_point(rig, u, v, depth)), turn
 
 
 def _board_visible(rig, pose):
@@ -103,27 +85,6 @@ def _board_visible(rig, pose):
     square = rig.recording["board"]["square_mm"]
     grown = corners + (corners - corners.mean(0)) * 2.0 * square / np.ptp(corners, 0).max()
     return all(camera.sees(p, EDGE_PX) for camera in rig.cameras.values() for p in grown)
-
-
-# --- balls -------------------------------------------------------------------------------------
-
-
-def _ball_fits(rig, point, sides=("left", "right")):
-    """On the table or above it, in front of the backdrop, whole in every picture."""
-    radius = rig.recording["ball"]["diameter_mm"] / 2
-    if point[1] < rig.room["table_y_mm"] + radius + 15:
-        return False
-    return all(rig.cameras[s].sees(point, EDGE_PX, radius) for s in sides)
-
-
-def _draw(rig, rng, depth_range, sides=("left", "right")):
-    """A point at an even spread of depths and over the left picture."""
-    width, height = rig.left.image_size
-    depth = rng.uniform(*depth_range)
-    while True:
-        point = _bench_point(rig, rng.uniform(0, width), rng.uniform(0, height), depth)
-        if _ball_fits(rig, point, sides):
-            return point
 
 
 def _in_reach(rig, point):
@@ -139,7 +100,7 @@ def _plane_points(rig, rng, count):
     while len(chosen) < count:
         candidates = []
         while len(candidates) < 12:
-            point = _draw(rig, rng, (depth, depth))
+            point = draw_point(rig, rng, (depth, depth))
             if _in_reach(rig, point):
                 candidates.append(point)
         gaps = [min((np.linalg.norm(c - p) for p in chosen), default=0) for c in candidates]
@@ -178,7 +139,7 @@ def _ends_fit(count):
 
 
 def _evaluation(rig, rng, spec):
-    points = [_draw(rig, rng, spec["depth_mm"]) for _ in range(spec["volume"])]
+    points = [draw_point(rig, rng, spec["depth_mm"]) for _ in range(spec["volume"])]
     frames = [_on_stand(rig, p, "volume") for p in points]
     return frames + [_on_stand(rig, p, "plane") for p in _plane_points(rig, rng, spec["plane"])]
 
@@ -187,7 +148,7 @@ def _snaps(rig, rng, spec):
     """Single left pictures; the lamp is on in one of five."""
     frames = []
     for _ in range(spec["count"]):
-        point = _draw(rig, rng, spec["depth_mm"], ("left",))
+        point = draw_point(rig, rng, spec["depth_mm"], ("left",))
         light = "lamp" if rng.random() < 0.2 else "day"
         frames.append(_on_stand(rig, point, light=light, sides=("left",)))
     return frames
@@ -196,7 +157,7 @@ def _snaps(rig, rng, spec):
 def _track(rig, rng, spec):
     """A ball carried from stop to stop, gently off and gently to rest."""
     count, rate = spec["count"], rig.recording["frame_rate"]
-    stops = [_draw(rig, rng, spec["depth_mm"]) for _ in range(spec["stops"])]
+    stops = [draw_point(rig, rng, spec["depth_mm"]) for _ in range(spec["stops"])]
     places = [_along(stops, t, count) for t in np.arange(count)]
     shutter = 0.02 * rate  # frames that the shutter stays open
     frames = []

@@ -11,13 +11,16 @@ import csv
 import io
 import json
 import os
+import re
 from pathlib import Path
 
+import clutter
 import numpy as np
 import optics
 import poses
 import rig as rigs
 import scene
+from places import stream
 
 DATE = "2026-11-20"
 
@@ -63,7 +66,7 @@ class Studio:
         jpegs = {}
         for side in frame.sides:
             picture = self._empty_room(frame, side).copy()
-            seed = int(poses.stream(self.rig, set_name, frame.name, side).integers(1 << 20))
+            seed = int(stream(self.rig, set_name, frame.name, side).integers(1 << 20))
             for k, (box, samples) in enumerate(self._boxes(frame, side, moments)):
                 x, y, w, h = box
                 tries = [
@@ -78,8 +81,6 @@ class Studio:
         """The room's surfaces and those of one arrangement of clutter."""
         if "clutter" not in self.rig.room:
             return self._room
-        import clutter
-
         return self._room + [s for p in clutter.props(self.rig, backdrop) for s in scene.prop(p)]
 
     def _empty_room(self, frame, side):
@@ -88,7 +89,7 @@ class Studio:
             self._empty = {k: v for k, v in self._empty.items() if k[0] == frame.backdrop}
             camera = self.rig.cameras[side]
             empty = scene.assemble(self.rig.room, self._extra(frame.backdrop), frame.light)
-            seed = int(poses.stream(self.rig, "room", *key).integers(1 << 20))
+            seed = int(stream(self.rig, "room", *key).integers(1 << 20))
             self._empty[key] = optics.trace(empty, camera, (0, 0, *camera.image_size), self.rig.samples["room"], seed)
         return self._empty[key]
 
@@ -96,8 +97,8 @@ class Studio:
         gain = 1.0
         if "clutter" in self.rig.room:  # a webcam that sets its own exposure
             bright = np.percentile(self._empty[frame.backdrop, frame.light, side], 90)
-            gain = 0.42 / bright * poses.stream(self.rig, set_name, frame.name, "gain").uniform(0.7, 1.25)
-        rng = poses.stream(self.rig, set_name, frame.name, side, "noise")
+            gain = 0.42 / bright * stream(self.rig, set_name, frame.name, "gain").uniform(0.7, 1.25)
+        rng = stream(self.rig, set_name, frame.name, side, "noise")
         return optics.expose(picture, self.rig.cameras[side].sensor, rng, gain)
 
     def _boxes(self, frame, side, moments):
@@ -143,7 +144,7 @@ def moving_parts(rig, frame, ball):
     if ball is None:
         return []
     carry = {"stand": lambda: scene.stand(ball, size, rig.room["table_y_mm"]), "wand": lambda: scene.wand(ball, size)}
-    skin = int(poses.stream(rig, "skin").integers(1 << 20))
+    skin = int(stream(rig, "skin").integers(1 << 20))
     parts = scene.ball(ball, size, frame.color, skin) + carry[frame.carrier]()
     return parts + (scene.prop(frame.cover) if frame.cover else [])
 
@@ -172,9 +173,6 @@ def _united(boxes):
                 rest = [boxes[k] for k in range(len(boxes)) if k not in (i, j)]
                 return _united([*rest, ((x0, y0, x1 - x0, y1 - y0), samples)])
     return boxes
-
-
-# --- what stands beside the pictures ----------------------------------------------------------------
 
 
 def _path(out, set_name, frame, side):
@@ -221,7 +219,7 @@ def _ball_facts(rig, frame):
 
 def _measured(rig, set_name, frames):
     """What a person with a ruler reads: a small error, then whole millimetres."""
-    rng = poses.stream(rig, set_name, "ruler")
+    rng = stream(rig, set_name, "ruler")
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(["name", "x_mm", "y_mm", "depth_mm", "use"])
@@ -235,8 +233,6 @@ def _measured(rig, set_name, frames):
 def _json(facts):
     """JSON with one line for each innermost list or object."""
     text = json.dumps(facts, indent=1, ensure_ascii=False)
-    import re
-
     flat = re.compile(r"([\[{])\s*([^\[\]{}]*?)\s*([\]}])", re.S)
     text = flat.sub(lambda m: m[1] + re.sub(r"\s*\n\s*", " ", m[2]) + m[3], text)
     return (text + "\n").encode()

@@ -23,9 +23,6 @@ BALL_COLORS = {
 }
 
 
-# --- light -----------------------------------------------------------------------------------
-
-
 def softbox(at, toward, size_mm, color, power=1.0):
     """A square lamp that shines one way."""
     frame = mi.ScalarTransform4f().look_at(list(map(float, at)), list(map(float, toward)), [0, 1, 0.01])
@@ -44,9 +41,6 @@ def ambient(color):
         "radiance": {"type": "rgb", "value": list(map(float, color))},
         "sampling_weight": 0.0,
     }
-
-
-# --- materials -------------------------------------------------------------------------------
 
 
 def paint(gloss, reflectance):
@@ -124,9 +118,6 @@ def _print(color, rng):
 
 
 TEXTURES = {"wood": _wood, "speckle": _speckle, "stripes": _stripes, "poster": _poster, "print": _print}
-
-
-# --- shapes: each is a list of grids of points, shape (rows, columns, 3) -------------------------
 
 
 def place(points, at, turn_deg=(0, 0, 0)):
@@ -254,9 +245,6 @@ def shelf(at, size, color, seed=0, palette=BOOKS):
     return surfaces
 
 
-# --- the things that move ------------------------------------------------------------------------
-
-
 def ball(center, diameter_mm, color, seed=0):
     """A plastic ball, a thousandth out of round, its seam turned by the seed."""
     rng = np.random.default_rng(seed)
@@ -319,9 +307,6 @@ def chessboard(board, at, turn_deg, bend_mm):
     pole = lathe(foot - [0, 1500, 0], [(11, 0), (11, 1500), (0, 1500)])
     pole = [Surface(g, (0.3, 0.3, 0.32)) for g in pole]
     return [Surface(sheet, texture=bitmap(ink, sharp=True)), *plate, *pole]
-
-
-# --- the whole scene -----------------------------------------------------------------------------
 
 
 def assemble(room, surfaces, light="day"):

@@ -117,9 +117,6 @@ def unseal(line):
     return text, right
 
 
-# --- host to controller ------------------------------------------------------------------------------------
-
-
 def encode_command(text, number=None, checksum=True):
     """A command line as bytes, newline included.
 
@@ -179,9 +176,6 @@ def read_number(word, low, high, number=None):
     if not low <= value <= high:
         raise ProtocolError(LIMIT, number)
     return value
-
-
-# --- controller to host ------------------------------------------------------------------------------------
 
 
 def encode_reply(reply):

@@ -158,9 +158,6 @@ def check_sides(fit):
         )
 
 
-# --- unseen pairs --------------------------------------------------------------------------------------
-
-
 def choose_lens(views, board, size):
     """The lens model that tells unseen pairs best: (name, fit, kept views, errors on unseen pairs)."""
     best = None

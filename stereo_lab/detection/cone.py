@@ -113,9 +113,6 @@ def _distinct(balls):
     return kept
 
 
-# --- following the edge ----------------------------------------------------------------------------------
-
-
 def measure(image, circle, color, camera=None, offset=(0, 0), sift=False):
     """Follow the edge of one round thing and judge it: a :class:`Round`, or None.
 
@@ -217,9 +214,6 @@ def _agree(fine, rough):
     allowed = 1.0 + 0.12 * rough.radius_px
     apart = np.hypot(fine.u - rough.u, fine.v - rough.v)
     return apart < allowed and abs(fine.radius_px - rough.radius_px) < allowed
-
-
-# --- is it a ball? -----------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

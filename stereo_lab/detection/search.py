@@ -68,9 +68,6 @@ def least_radius(width):
     return max(LEAST_RADIUS_PX, LEAST_OF_WIDTH * width)
 
 
-# --- patches that stand alone ---------------------------------------------------------------------------
-
-
 def blob_circles(copy):
     """Two circles (u, v, r) for each of the largest patches: the one along its outline, and the one inside."""
     mask = cv2.morphologyEx((copy.likeness > SURELY).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
@@ -110,9 +107,6 @@ def _circle_of_outline(points, largest):
     support = near.sum(1) * (1 + 0.02 * radii.clip(0, 20)) / (2 * np.pi * radii)
     k = int(support.argmax())
     return (centers[k, 0], centers[k, 1], radii[k] + 0.5) if support[k] > LEAST_VOTE else None
-
-
-# --- votes of the edges -----------------------------------------------------------------------------------
 
 
 def voted_circles(copy):

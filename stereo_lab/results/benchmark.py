@@ -68,9 +68,6 @@ def _beside(rows):
     return [{**row, "times": rows[0]["ms"] / row["ms"]} for row in rows]
 
 
-# --- pictures to a place ------------------------------------------------------------------------------
-
-
 def locating(recording, report=lambda step, done, total: None):
     """The paper's way, ours searching the whole picture, ours told where to look, and dense stereo."""
     samples = [s for s in recording.samples("evaluation") if s.use == "volume"][:PAIRS]
@@ -133,9 +130,6 @@ def _fastest(way):
         result = way()
         best = min(best, time.perf_counter() - start)
     return 1000 * best, result
-
-
-# --- a point to angles --------------------------------------------------------------------------------
 
 
 def inverse_kinematics(arm):
@@ -204,9 +198,6 @@ def _ikpy_chain(arm):
 def _by_ikpy(chain, x_mm, y_mm):
     found = chain.inverse_kinematics([x_mm / 1000, y_mm / 1000, 0], initial_position=[0, 0.3, 0.7, 0])
     return JointAngles(*np.degrees(found[1:3]))
-
-
-# --- the virtual arm ----------------------------------------------------------------------------------
 
 
 def virtual_arm():

@@ -79,7 +79,7 @@ uint32_t now_ms, heard_ms, reported_ms;
 volatile uint8_t tick_due;
 uint8_t off_ticks;
 
-// --- the serial line: own buffers, so that a full line never holds up the motors for long ------------------
+// The serial line: own buffers, so that a full line never holds up the motors for long.
 
 volatile uint8_t rx[64], rx_head, rx_tail, rx_lost, tx[128], tx_head, tx_tail;
 volatile uint8_t stop_asked, line_start = 1;
@@ -203,7 +203,7 @@ void say_status() {
   end_line();
 }
 
-// --- encoders, motors, switches ----------------------------------------------------------------------------
+// Encoders, motors, switches.
 
 const int8_t EDGE[16] = {0, 1, -1, 2, -1, 0, 2, 1, 1, 2, 0, -1, 2, -1, 1, 0};  // 2: an edge was missed
 
@@ -286,7 +286,7 @@ void stall(uint8_t j) {
   event("stall", j);
 }
 
-// --- ways to move (stereo_lab/motion/rules.py) -------------------------------------------------------------------
+// Ways to move (stereo_lab/motion/rules.py).
 
 void plan_from_rest(Joint &joint) {
   joint.planned = joint.position;
@@ -365,7 +365,7 @@ bool stalls(const Joint &joint, float volts) {
   return behind || (joint.still > STUCK_TICKS && fabs(volts) > most_to_start(joint));
 }
 
-// --- the control loop --------------------------------------------------------------------------------------
+// The control loop.
 
 void look(Joint &joint) {
   int32_t count = counts_of(joint);
@@ -481,7 +481,7 @@ void tick() {
   }
 }
 
-// --- commands ----------------------------------------------------------------------------------------------
+// Commands.
 
 char line[LINE_MAX + 1], data[28];
 uint8_t length, args;
@@ -786,7 +786,7 @@ void receive(uint8_t byte) {
   }
 }
 
-// --- start -------------------------------------------------------------------------------------------------
+// Start.
 
 void start_joint(Joint &joint, float range, float home) {
   joint.lo = -range;
