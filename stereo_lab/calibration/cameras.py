@@ -126,6 +126,17 @@ class StereoCalibration:
         rotation, projection = self._rectified[side]
         return cv2.undistortPoints(points, *self.camera(side), R=rotation, P=projection, criteria=EXACT).reshape(-1, 2)
 
+    def unrectify_points(self, points_Nx2, side):
+        """Rectified pixels of one camera back to raw pixels, shape (N, 2) (``cv2.projectPoints``)."""
+        points = np.asarray(points_Nx2, float).reshape(-1, 2)
+        rotation, projection = self._rectified[side]
+        rays = np.column_stack([points, np.ones(len(points))]) @ np.linalg.inv(projection[:, :3]).T @ rotation
+        return cv2.projectPoints(rays.reshape(-1, 1, 3), np.zeros(3), np.zeros(3), *self.camera(side))[0].reshape(-1, 2)
+
+    def rectify_centers(self, left, right):
+        """Centres of a pair of detections in rectified pixels: (u, v) of the left one, (u, v) of the right one."""
+        return tuple(self.rectify_points([d.center_px], side)[0] for d, side in ((left, "left"), (right, "right")))
+
     def triangulate(self, left_Nx2, right_Nx2):
         """Rectified pixels of both cameras to points in the rectified left frame.
 

@@ -18,6 +18,11 @@ class Detection:
     radius_px: float
     score: float
 
+    @property
+    def center_px(self):
+        """(u, v)."""
+        return self.u, self.v
+
 
 def check_image(image):
     """A BGR uint8 picture, or a plain error."""

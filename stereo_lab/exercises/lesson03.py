@@ -201,7 +201,7 @@ def _facts(path):
     for sample in recording.samples("position"):
         pair = localizer.detect(sample.pair.left, sample.pair.right) if sample.use == "fit" else None
         if pair is not None:
-            seen.append((pair[0].v, sample.measured.y_mm))
+            seen.append((localizer.calibration.rectify_centers(*pair)[0][1], sample.measured.y_mm))
     seen.sort()
     calibration = localizer.calibration
     return seen[0], seen[-1], calibration.focal_px, calibration.center_px[0]

@@ -185,8 +185,5 @@ def _facts(path):
     localizer = Localizer.fit(recording)
     calibration = localizer.calibration
     sample = recording.samples("depth")[0]
-    left, right = localizer.detect(sample.pair.left, sample.pair.right)
-    u_left, u_right = (
-        calibration.rectify_points([[d.u, d.v]], side)[0, 0] for d, side in ((left, "left"), (right, "right"))
-    )
+    (u_left, _), (u_right, _) = calibration.rectify_centers(*localizer.detect(sample.pair.left, sample.pair.right))
     return calibration.baseline_mm, calibration.focal_px, float(u_left), float(u_right)

@@ -110,15 +110,15 @@ class DenseStereo:
             return None
         pictures = self.calibration.rectify(left, right)
         disparity = self.matcher.compute(*(cv2.cvtColor(p, cv2.COLOR_BGR2GRAY) for p in pictures)) / 16
-        (u, v), radius = self.calibration.rectify_points([[seen[0].u, seen[0].v]], "left")[0], seen[0].radius_px
+        (u, v), radius = self.calibration.rectify_points([seen[0].center_px], "left")[0], seen[0].radius_px
         rows, columns = np.indices(disparity.shape)
         inside = disparity[(np.hypot(columns - u, rows - v) < radius / 2) & (disparity > 0)]
         if not len(inside):
             return None
         surface = np.median(inside)
         point = self.calibration.triangulate([[u, v]], [[u - surface, v]])
-        return self.localizer.on_bench(
-            point * (1 + self.localizer.diameter_mm / 2 / np.linalg.norm(point))  # from surface to centre
+        return self.localizer.way.on_bench(
+            point * (1 + self.localizer.way.diameter_mm / 2 / np.linalg.norm(point))  # from surface to centre
         )
 
 

@@ -24,6 +24,7 @@ class Results:
     recording: object
     calibration: object
     localizers: dict = field(default_factory=dict)
+    failed: dict = field(default_factory=dict)  # method -> why it could not be fitted
     snaps: dict | None = None
     clutter: dict | None = None
     found: dict = field(default_factory=dict)  # method -> list of (Sample, Position or None)
@@ -66,6 +67,7 @@ class Results:
             "center_px": centers or None,
             "disparity_sigma_px": self.disparity_sigma_px,
             "limit_depth_mm": self.limit_depth_mm,
+            "failed": self.failed,
         }
 
     def _evaluation_facts(self, method):
@@ -118,8 +120,11 @@ def evaluate(recording, report=lambda step, done, total: None):
     if clutter is not None:
         results.clutter = _clutter(clutter, calibration, report)
     if {"position", "depth"} <= set(recording.sets):
-        for method in METHODS:
-            results.localizers[method] = Localizer.fit(recording, method, calibration)
+        results.localizers["cone"] = Localizer.fit(recording, "cone", calibration)
+        try:
+            results.localizers["paper"] = Localizer.fit(recording, "paper", calibration)
+        except StereoLabError as error:  # its few samples leave it nothing to fall back on; ours goes on
+            results.failed["paper"] = str(error)
         if "evaluation" in recording.sets:
             _evaluate_poses(results, report)
     return results
@@ -188,14 +193,15 @@ def _evaluate_poses(results, report):
     """Locate the ball in every evaluation pair with both methods."""
     recording, calibration = results.recording, results.calibration
     samples = recording.samples("evaluation")
-    results.found = {m: [] for m in METHODS}
+    results.found = {m: [] for m in results.localizers}
     results.centers = {m: [] for m in METHODS}
     raw_paper = BallDetector(recording.ball.color, "paper")
     misses = []
     for k, sample in enumerate(samples):
         report("locate the ball in pairs", k, len(samples))
         left, right = sample.pair.left, sample.pair.right
-        results.found["paper"].append((sample, results.localizers["paper"].locate(left, right)))
+        if "paper" in results.localizers:
+            results.found["paper"].append((sample, results.localizers["paper"].locate(left, right)))
         cone = results.localizers["cone"]
         pair = cone.detect(left, right)
         results.found["cone"].append((sample, None if pair is None else cone.position(*pair)))
@@ -219,7 +225,6 @@ def _offsets(detections, circles):
 
 def _disparity_error(calibration, pair, circles):
     """Disparity found minus disparity of the true centres, rectified px."""
-    sides = ("left", "right")
-    seen = [calibration.rectify_points([[d.u, d.v]], s)[0, 0] for d, s in zip(pair, sides, strict=True)]
-    true = [calibration.rectify_points([c[:2]], s)[0, 0] for c, s in zip(circles, sides, strict=True)]
-    return (seen[0] - seen[1]) - (true[0] - true[1])
+    (left, _), (right, _) = calibration.rectify_centers(*pair)
+    true = [calibration.rectify_points([c[:2]], s)[0, 0] for c, s in zip(circles, ("left", "right"), strict=True)]
+    return (left - right) - (true[0] - true[1])

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import cv2
 import numpy as np
 
@@ -11,10 +14,17 @@ from stereo_lab.detection import BLUR_PX, BallColor, detect_paper
 PAPER_PLANE_MM = 10.0  # the paper's Fig. 8: x and y within ±1 cm
 
 
-def can_draw(draw, results):
-    """Whether a recording has what a figure needs."""
-    sets = set(results.recording.sets)
-    return NEEDS[draw] <= sets and (draw is draw_epipolar or bool(results.localizers))
+class Figure(NamedTuple):
+    """A figure of the report: what draws it, the sets and the localizers it needs, and its caption."""
+
+    draw: Callable
+    sets: set
+    methods: set
+    caption: str
+
+    def fits(self, results):
+        """Whether a run has what the figure needs."""
+        return self.sets <= set(results.recording.sets) and self.methods <= set(results.localizers)
 
 
 def draw_epipolar(results):
@@ -34,7 +44,7 @@ def draw_detection(results):
     color = BallColor.named(results.recording.ball.color)
     mask = color.mask(image)
     found = detect_paper(image, color)
-    cone = results.localizers["cone"].detectors[0].detect(image)
+    cone = results.localizers["cone"].way.detectors[0].detect(image)
     fig, axes = plots.figure(1, 3, height=3.6, width=12)
     plots.show_image(cv2.cvtColor(mask, cv2.COLOR_GRAY2BGR), "In the colour range", axes[0, 0])
     blurred = cv2.GaussianBlur(mask, (BLUR_PX, BLUR_PX), 0)
@@ -53,7 +63,8 @@ def draw_lines(results):
     for sample in results.recording.samples("position"):
         pair = localizer.detect(sample.pair.left, sample.pair.right)
         if pair is not None and sample.use in seen:
-            seen[sample.use].append((pair[0].u, pair[0].v, sample.measured.x_mm, sample.measured.y_mm))
+            (u, v), _ = results.calibration.rectify_centers(*pair)
+            seen[sample.use].append((u, v, sample.measured.x_mm, sample.measured.y_mm))
     fit, check = (np.array(seen[k] or [[np.nan] * 4]) for k in ("fit", "check"))
     fig, axes = plots.figure(1, 2, height=4.6)
     for k, (pixel, length) in enumerate((("u (px, rectified)", "x (mm)"), ("v (px, rectified)", "y (mm)"))):
@@ -63,7 +74,7 @@ def draw_lines(results):
             fit[:, 2 + k],
             check[:, k],
             check[:, 2 + k],
-            localizer.models[k],
+            (localizer.way.x_line, localizer.way.y_line)[k],
             (pixel, length),
             title,
             axes[0, k],
@@ -101,25 +112,26 @@ def draw_histogram(results):
 
 
 FIGURES = (
-    (
-        draw_epipolar,
-        "The paper's Fig. 2: a pair of the board with level lines. Raw, a corner sits on another row in each camera; rectified, on the same.",
+    Figure(
+        draw_epipolar, {"calibration"}, set(),
+        "The paper's Fig. 2: a pair of the board with level lines. Raw, a corner sits on another row in each camera; "
+        "rectified, on the same.",
     ),
-    (
-        draw_detection,
+    Figure(
+        draw_detection, {"position"}, {"cone"},
         "The paper's Fig. 4: pixels in the colour range are white; blurred; and the circles found in the picture.",
     ),
-    (
-        draw_lines,
-        "The paper's Fig. 5: measured x against pixel column and y against pixel row, four samples to fit and four to check.",
+    Figure(
+        draw_lines, {"position"}, {"paper"},
+        "The paper's Fig. 5: measured x against pixel column and y against pixel row, four samples to fit and four to "
+        "check.",
     ),
-    (draw_scatter, "The paper's Fig. 8: errors in x and y in the plane of the arm; the dashed box is ±1 cm."),
-    (draw_histogram, "The paper's Fig. 9: how many pairs have which depth error; the dashed line is the mean."),
-)
-NEEDS = {
-    draw_epipolar: {"calibration"},
-    draw_detection: {"position"},
-    draw_lines: {"position", "evaluation"},
-    draw_scatter: {"evaluation"},
-    draw_histogram: {"evaluation"},
-}
+    Figure(
+        draw_scatter, {"evaluation"}, {"paper", "cone"},
+        "The paper's Fig. 8: errors in x and y in the plane of the arm; the dashed box is ±1 cm.",
+    ),
+    Figure(
+        draw_histogram, {"evaluation"}, {"paper", "cone"},
+        "The paper's Fig. 9: how many pairs have which depth error; the dashed line is the mean.",
+    ),
+)  # fmt: skip

@@ -7,7 +7,7 @@ import html
 
 from stereo_lab import plots
 from stereo_lab.common.files import write_whole
-from stereo_lab.results.figures import FIGURES, can_draw
+from stereo_lab.results.figures import FIGURES
 
 PAPER_DEPTH_MM = 8.0  # the paper's Fig. 9: mean depth error, up to 2 m
 
@@ -35,7 +35,7 @@ def _evaluation_rows(facts):
     table = []
     for use, where in (("plane", "in the arm's plane"), ("volume", "in the whole volume")):
         both = {m: (facts["evaluation"] or {}).get(m, {}).get(use) for m in ("paper", "cone")}
-        if not all(both.values()):
+        if not any(both.values()):
             continue
         paper = {
             "x_mm": "±10" if use == "plane" else "",
@@ -43,7 +43,7 @@ def _evaluation_rows(facts):
             "depth_mm": "8" if use == "volume" else "",
         }
         for axis, name in (("x_mm", "x"), ("y_mm", "y"), ("depth_mm", "depth")):
-            cells = [f"{both[m][axis]['mean']:.1f} ({both[m][axis]['p95']:.1f})" for m in ("paper", "cone")]
+            cells = [f"{f[axis]['mean']:.1f} ({f[axis]['p95']:.1f})" if f else "" for f in both.values()]
             table.append((f"{name} {where}, mean (95 %) error (mm)", paper[axis], *cells))
     if facts["limit_depth_mm"] is not None:
         table.append(("depth limit of this rig, mean (mm)", "", "", f"{facts['limit_depth_mm']:.1f}"))
@@ -66,6 +66,8 @@ def sentences(results):
     """What the numbers mean, plainly."""
     facts = results.facts()
     said = [f"Calibration: {facts['calibration']['verdict']}. {facts['calibration']['reasons'][0]}"]
+    if results.failed:
+        said.append(f"The paper's way cannot be fitted on this recording. {results.failed['paper']}")
     volume = {m: ((facts["evaluation"] or {}).get(m) or {}).get("volume") for m in ("paper", "cone")}
     if volume["paper"] and volume["cone"]:
         theirs, ours = volume["paper"]["depth_mm"]["mean"], volume["cone"]["depth_mm"]["mean"]
@@ -82,7 +84,7 @@ def sentences(results):
 
 def write(results, path):
     """Write the report: one HTML file with the paper's figures 2, 4, 5, 8 and 9 drawn from this run."""
-    sections = [_section(draw(results), caption) for draw, caption in FIGURES if can_draw(draw, results)]
+    sections = [_section(figure.draw(results), figure.caption) for figure in FIGURES if figure.fits(results)]
     kind = (
         "a rendered recording: made by a renderer, not by cameras"
         if results.recording.rendered

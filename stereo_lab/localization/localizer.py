@@ -1,0 +1,119 @@
+"""Two ways to a place on the bench, the paper's and ours, behind one face."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereo_lab.calibration import StereoCalibration, calibrate_recording
+from stereo_lab.errors import StereoLabError
+from stereo_lab.localization.ours import ConeWay
+from stereo_lab.localization.paper import PaperWay
+
+WAYS = {"cone": ConeWay, "paper": PaperWay}
+
+
+@dataclass(frozen=True, eq=False)
+class Localizer:
+    """Finds the ball in a pair and tells where it is; made by :meth:`fit`.
+
+    Attributes
+    ----------
+    calibration : StereoCalibration
+    way : ConeWay or PaperWay: how the ball is found, and the fitted models that place it
+    residuals_mm : ndarray, shape (N, 3)
+        x, y, depth of the samples fitted on, model minus ruler; NaN where a model does not use that number of a
+        sample: the paper's way takes x and y from the position samples, depth from the depth samples.
+    missed : tuple of str, samples in which no ball was found, as "set/name"
+    """
+
+    calibration: StereoCalibration
+    way: ConeWay | PaperWay
+    residuals_mm: np.ndarray
+    missed: tuple[str, ...] = ()
+
+    @classmethod
+    def fit(cls, recording, method="cone", calibration=None, color=None):
+        """Fit on the samples of a recording.
+
+        Parameters
+        ----------
+        recording : Recording with the sets calibration, position and depth
+        method : "cone": every position and depth sample, triangulated, and one rigid fit.
+            "paper": Eq. 1 and 2 on the position samples with use "fit", Eq. 4 on the depth
+            samples with use "fit", plain Hough.
+        calibration : StereoCalibration, optional; else the recording's own
+        color : BallColor, optional; else the recording's
+
+        Returns
+        -------
+        Localizer
+
+        Raises
+        ------
+        StereoLabError
+            If the ball is not found in enough samples.
+        """
+        if method not in WAYS:
+            raise StereoLabError(f'There is no method {method!r}. Choose "cone" or "paper".')
+        calibration = calibration or calibrate_recording(recording)
+        return cls(calibration, *WAYS[method].fit(recording, calibration, color or recording.ball.color))
+
+    def locate(self, left, right, near=None):
+        """Where the ball is, or None where no ball is seen by both cameras.
+
+        Parameters
+        ----------
+        left, right : ndarray, raw pictures, BGR
+        near : (Detection, Detection), optional; where to look first
+
+        Returns
+        -------
+        Position or None
+        """
+        found = self.detect(left, right, near)
+        return None if found is None else self.position(*found)
+
+    def detect(self, left, right, near=None):
+        """The same ball in both pictures.
+
+        Parameters
+        ----------
+        left, right : ndarray, raw pictures, BGR
+        near : (Detection, Detection), optional; where to look first (the paper's way always looks everywhere)
+
+        Returns
+        -------
+        (Detection, Detection) in raw pixels, or None
+        """
+        self.calibration.check_size(left)
+        self.calibration.check_size(right)
+        return self.way.detect(left, right, near)
+
+    def position(self, left, right):
+        """Two detections of one ball, in raw pixels, to a place on the bench: Position, or None."""
+        return self.way.position(left, right)
+
+
+def disparities(localizer, samples):
+    """Disparity d = u_left − u_right, in rectified px, of the ball in each sample where it is found.
+
+    Parameters
+    ----------
+    localizer : Localizer
+    samples : sequence of Sample
+
+    Returns
+    -------
+    disparity_px_N : ndarray, shape (N,)
+    found : list of the N samples
+    """
+    values, found = [], []
+    for sample in samples:
+        pair = localizer.detect(sample.pair.left, sample.pair.right)
+        if pair is not None:
+            left, right = localizer.calibration.rectify_centers(*pair)
+            values.append(left[0] - right[0])
+            found.append(sample)
+    return np.array(values), found

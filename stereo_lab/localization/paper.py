@@ -1,0 +1,106 @@
+"""The paper's way: Hough circles in the rectified pictures, two straight lines for x and y, Eq. 4 for depth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stereo_lab.calibration import StereoCalibration
+from stereo_lab.depth import PaperDepth
+from stereo_lab.detection import BallDetector
+from stereo_lab.errors import RecordingError, StereoLabError
+from stereo_lab.localization.samples import check_enough
+from stereo_lab.position import LineFit
+from stereo_lab.recording import Position
+
+
+@dataclass(frozen=True, eq=False)
+class PaperWay:
+    """Eq. 1, 2 and 4, fitted on the samples whose use is "fit".
+
+    Attributes
+    ----------
+    calibration : StereoCalibration
+    detector : BallDetector, for both cameras
+    x_line, y_line : LineFit, Eq. 2 and 1: millimetres from the left rectified pixel
+    depth : PaperDepth, Eq. 4: millimetres from the disparity
+    """
+
+    calibration: StereoCalibration
+    detector: BallDetector
+    x_line: LineFit
+    y_line: LineFit
+    depth: PaperDepth
+
+    @classmethod
+    def fit(cls, recording, calibration, color):
+        """The way, its residuals (see :class:`Localizer`) and the samples it missed."""
+        detector = BallDetector(color, "paper")
+        plane, places, missed = _rectified_samples(recording, "position", calibration, detector)
+        check_enough(plane, missed, 2, recording)
+        along, depths, lost = _rectified_samples(recording, "depth", calibration, detector)
+        check_enough(along, lost, 3, recording)
+        x_line, y_line = LineFit.fit(plane[:, 0], places[:, 0]), LineFit.fit(plane[:, 1], places[:, 1])
+        depth = PaperDepth.fit(along[:, 2], depths[:, 2])
+        residuals = np.full((len(plane) + len(along), 3), np.nan)
+        residuals[: len(plane), 0] = x_line.residuals_mm
+        residuals[: len(plane), 1] = y_line.residuals_mm
+        residuals[len(plane) :, 2] = depth.residuals_mm
+        return cls(calibration, detector, x_line, y_line, depth), residuals, (*missed, *lost)
+
+    def detect(self, left, right, near=None):
+        """The strongest circle of each rectified picture, in raw pixels; None where one has none."""
+        found = _in_rectified(self.calibration, self.detector, left, right)
+        return (
+            None if found is None else tuple(_raw(self.calibration, *side) for side in zip(found, SIDES, strict=True))
+        )
+
+    def position(self, left, right):
+        """Eq. 1, 2 and 4; None where the disparity is not above zero: the circles are not one ball."""
+        (u, v), (u_right, _) = self.calibration.rectify_centers(left, right)
+        if u <= u_right:
+            return None
+        told = self.x_line.predict(u), self.y_line.predict(v), self.depth.predict(u - u_right)
+        return Position(*map(float, told))
+
+
+SIDES = ("left", "right")
+
+
+def _in_rectified(calibration, detector, left, right):
+    """Detections in the rectified pictures, or None."""
+    found = tuple(detector.detect(image) for image in calibration.rectify(left, right))
+    return None if None in found else found
+
+
+def _raw(calibration, detection, side):
+    """A detection in a rectified picture as one in the raw picture: its centre, and how far its rim is from there."""
+    u, v, r = detection.u, detection.v, detection.radius_px
+    points = [(u, v), (u + r, v), (u - r, v), (u, v + r), (u, v - r)]
+    center, *rim = calibration.unrectify_points(points, side)
+    radius = np.linalg.norm(rim - center, axis=1).mean()
+    return replace(detection, u=float(center[0]), v=float(center[1]), radius_px=float(radius))
+
+
+def _rectified_samples(recording, set_name, calibration, detector):
+    """(u, v, disparity) in rectified px and (x, y, depth) in mm of the samples to fit on, and the missed ones."""
+    samples = [s for s in recording.samples(set_name) if s.use == "fit"]
+    if not samples:
+        raise RecordingError(f'{recording.path / set_name / "measured.csv"} has no row whose use is "fit".')
+    seen, places, missed, turned = [], [], [], 0
+    for sample in samples:
+        found = _in_rectified(calibration, detector, sample.pair.left, sample.pair.right)
+        if found is None or found[0].u <= found[1].u:
+            turned += found is not None
+            missed.append(f"{set_name}/{sample.pair.name}")
+            continue
+        left, right = found
+        seen.append([left.u, left.v, left.u - right.u])
+        places.append([sample.measured.x_mm, sample.measured.y_mm, sample.measured.depth_mm])
+    if turned > len(samples) / 2:
+        raise StereoLabError(
+            f"In {turned} of {len(samples)} {set_name} samples the ball is farther left in the left picture than in the "
+            "right one, as if it were behind the cameras. Are left and right swapped?"
+        )
+    return np.array(seen).reshape(-1, 3), np.array(places).reshape(-1, 3), missed

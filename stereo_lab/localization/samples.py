@@ -1,0 +1,15 @@
+"""What both ways ask of the samples they are fitted on."""
+
+from __future__ import annotations
+
+from stereo_lab.errors import StereoLabError
+
+
+def check_enough(found, missed, least, recording):
+    """Raise a StereoLabError that names the missed samples where fewer than ``least`` are left."""
+    if len(found) < least:
+        raise StereoLabError(
+            f"The {recording.ball.color} ball was found in {len(found)} of {len(found) + len(missed)} measured pairs; "
+            f"{least} are needed (missed: {', '.join(missed)}). "
+            f"Check ball color and diameter_mm in {recording.path / 'recording.json'}."
+        )
