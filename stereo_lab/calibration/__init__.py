@@ -9,9 +9,9 @@ from stereo_lab.calibration.cameras import StereoCalibration
 from stereo_lab.calibration.corners import find_corners, match_order
 from stereo_lab.calibration.homography import find_homography, focal_from_homography
 from stereo_lab.calibration.recipe import calibrate_stereo
-from stereo_lab.calibration.store import calibrate_recording
+from stereo_lab.calibration.store import boards_of, calibrate_anew, calibrate_recording, find_calibration
 
 __all__ = [
-    "StereoCalibration", "calibrate_recording", "calibrate_stereo", "find_corners", "find_homography",
+    "StereoCalibration", "boards_of", "calibrate_anew", "calibrate_recording", "find_calibration", "calibrate_stereo", "find_corners", "find_homography",
     "focal_from_homography", "match_order",
 ]  # fmt: skip

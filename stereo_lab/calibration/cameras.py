@@ -8,7 +8,7 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from stereo_lab.common.files import read_json, write_json
+from stereo_lab.common.files import finite_number, read_json, write_json
 from stereo_lab.errors import CalibrationError, StereoLabError
 
 EXACT = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 60, 1e-9)  # for undoing the distortion
@@ -43,6 +43,7 @@ class StereoCalibration:
     dropped: tuple
     verdict: str = "poor"
     reasons: tuple = ()
+    made_from: str = ""  # key of the pictures and the solver; see store.py
 
     @property
     def baseline_mm(self):
@@ -186,8 +187,8 @@ class StereoCalibration:
         }
 
     def save(self, path):
-        """Write everything to a JSON file."""
-        content = {"format": 1, "image_size": list(self.image_size)}
+        """Write everything to a JSON file, whole or not at all."""
+        content = {"format": 1, "made_from": self.made_from, "image_size": list(self.image_size)}
         for key in ARRAYS:
             content[key] = getattr(self, key).tolist()
         content["used"] = list(self.used)
@@ -200,28 +201,30 @@ class StereoCalibration:
         Raises
         ------
         CalibrationError
-            If the file is no calibration.
+            If the file is no calibration, or something in it is no number where one is needed.
         """
         try:
             facts = read_json(path)
-        except StereoLabError as error:
-            raise CalibrationError(str(error)) from None
-        try:
             return cls(
-                image_size=tuple(int(v) for v in facts["image_size"]),
-                **{key: _array(facts[key], shape) for key, shape in ARRAYS.items()},
-                **{key: facts[key] for key in PLAIN},
-                found=facts["pairs_found"],
-                used=tuple(facts["used"]),
-                dropped=tuple((d["name"], d["why"]) for d in facts["dropped"]),
-                reasons=tuple(facts["reasons"]),
+                image_size=_size(facts["image_size"]),
+                **{key: _array(facts[key], shape, key) for key, shape in ARRAYS.items()},
+                **{key: finite_number(facts[key], key) for key in NUMBERS},
+                **{key: None if facts[key] is None else finite_number(facts[key], key) for key in NUMBERS_OR_NONE},
+                **{key: str(facts[key]) for key in WORDS},
+                pairs=int(finite_number(facts["pairs"], "pairs")),
+                found=int(finite_number(facts["pairs_found"], "pairs_found")),
+                used=tuple(map(str, facts["used"])),
+                dropped=tuple((str(d["name"]), str(d["why"])) for d in facts["dropped"]),
+                reasons=tuple(map(str, facts["reasons"])),
+                made_from=str(facts.get("made_from", "")),
             )
-        except (KeyError, TypeError, ValueError) as error:
-            raise CalibrationError(
-                f"{path} is no calibration of this kit ({error}). Make one with: stereo-lab calibrate"
-            ) from None
+        except KeyError as error:
+            raise CalibrationError(f"{path} is no calibration of this kit: it has no {error}. {MAKE_ONE}") from None
+        except (StereoLabError, TypeError, ValueError, OverflowError) as error:
+            raise CalibrationError(f"{path} is no calibration of this kit: {error} {MAKE_ONE}") from None
 
 
+MAKE_ONE = "Make one with: stereo-lab calibrate"
 ARRAYS = {
     "left_matrix": (3, 3),
     "left_distortion": (-1,),
@@ -230,14 +233,24 @@ ARRAYS = {
     "rotation": (3, 3),
     "translation_mm": (3,),
 }
-PLAIN = (
-    "rms_px", "left_rms_px", "right_rms_px", "vertical_error_px", "heldout_vertical_error_px",
-    "heldout_length_error_percent", "focal_sigma_percent", "board_bend_mm", "lens", "pairs", "verdict",
-)  # fmt: skip
+NUMBERS = ("rms_px", "left_rms_px", "right_rms_px", "vertical_error_px", "focal_sigma_percent", "board_bend_mm")
+NUMBERS_OR_NONE = ("heldout_vertical_error_px", "heldout_length_error_percent")
+WORDS = ("lens", "verdict")
 
 
-def _array(value, shape):
+def _size(value):
+    width, height = (int(finite_number(v, "image_size")) for v in value)
+    if min(width, height) <= 0:
+        raise ValueError(f"image_size is {width}x{height}.")
+    return width, height
+
+
+def _array(value, shape, name):
     array = np.asarray(value, float).reshape(shape)
     if not np.isfinite(array).all():
-        raise ValueError("a number is not finite")
+        raise ValueError(f"{name} holds a number that is not finite.")
+    if name.endswith("matrix") and min(array[0, 0], array[1, 1]) <= 0:
+        raise ValueError(f"{name} has a focal length of zero or less.")
+    if name == "rotation" and not np.allclose(array @ array.T, np.eye(3), atol=1e-3):
+        raise ValueError("rotation is not a rotation.")
     return array

@@ -9,6 +9,7 @@ import numpy as np
 
 from stereo_lab.errors import CalibrationError
 
+SOLVER = 2  # counts up whenever the same boards give another calibration: those kept are then made anew
 LENSES = {"brown": 0, "thin prism": cv2.CALIB_THIN_PRISM_MODEL}
 FOLDS = 5
 FEWEST = 3  # pairs without which nothing can be solved

@@ -1,44 +1,101 @@
-"""The calibration of a recording: made once, then read ever after."""
+"""The calibration of a recording: made once, then read ever after.
+
+A recording may bring its own, in ``calibration.json``; else it is kept in the user's folder. Both are keyed by
+the pictures, the board and the solver: where one of these has changed, the calibration is made anew.
+"""
 
 from __future__ import annotations
 
 import hashlib
+from dataclasses import replace
 
-import stereo_lab
 from stereo_lab.calibration.cameras import StereoCalibration
 from stereo_lab.calibration.recipe import calibrate_stereo
+from stereo_lab.calibration.solver import SOLVER
 from stereo_lab.common.files import user_folder
-from stereo_lab.errors import CalibrationError, StereoLabError
+from stereo_lab.errors import CalibrationError, RecordingError, StereoLabError
 from stereo_lab.recording import open_recording
+
+BROUGHT, KEPT, MADE = "it came with the recording", "kept from an earlier run", "made just now"
 
 
 def calibrate_recording(recording, progress=None):
-    """The calibration of a recording, from the user's cache where it is there already.
+    """The calibration of a recording: the one it brings, the one kept from before, or a new one.
 
-    The cache is keyed by the pictures, the board and the version of the package.
+    Parameters
+    ----------
+    recording : Recording
+    progress : callable (done, total), optional; told while boards are looked for
+
+    Returns
+    -------
+    StereoCalibration
+
+    Raises
+    ------
+    CalibrationError
+        If no calibration can be made of its boards.
     """
-    if recording.calibrated_by:
-        beside = recording.path.parent / recording.calibrated_by
-        return calibrate_recording(open_recording(beside), progress)
+    return find_calibration(recording, progress)[0]
+
+
+def find_calibration(recording, progress=None):
+    """The same, and where it comes from: BROUGHT, KEPT or MADE."""
+    recording = boards_of(recording)
     pairs = recording.pairs("calibration")
-    path = user_folder() / "calibrations" / f"{_fingerprint(recording, pairs)}.json"
-    if path.is_file():
-        try:
-            return StereoCalibration.load(path)
-        except CalibrationError:
-            pass  # a spoilt cache is made again
-    result = calibrate_stereo(pairs, recording.board, progress)
+    key = _key(recording, pairs)
+    for path, source in ((recording.path / "calibration.json", BROUGHT), (_user_path(key), KEPT)):
+        found = _read(path, key)
+        if found is not None:
+            return found, source
+    return calibrate_anew(recording, progress), MADE
+
+
+def calibrate_anew(recording, progress=None):
+    """Do the work even where a calibration is at hand; the result is kept in the user's folder."""
+    recording = boards_of(recording)
+    pairs = recording.pairs("calibration")
+    key = _key(recording, pairs)
+    result = replace(calibrate_stereo(pairs, recording.board, progress), made_from=key)
     try:
-        result.save(path)
+        result.save(_user_path(key))
     except StereoLabError:
         pass  # a read-only home folder costs time, nothing else
     return result
 
 
-def _fingerprint(recording, pairs):
-    digest = hashlib.sha256(f"{stereo_lab.__version__} {recording.board}".encode())
+def boards_of(recording):
+    """The recording whose boards are used: itself, or the one beside it that ``calibrated_by`` names."""
+    passed = [recording.name]
+    while recording.calibrated_by:
+        name = recording.calibrated_by
+        if name in passed:
+            raise RecordingError(
+                f"{recording.path / 'recording.json'}: calibrated_by leads in a ring, {' -> '.join([*passed, name])}. "
+                "Name a recording that has boards of its own."
+            )
+        recording = open_recording(recording.path.parent / name)
+        passed.append(name)
+    return recording
+
+
+def _read(path, key):
+    """A calibration kept under this key; None where there is none, or a spoilt one."""
+    try:
+        found = StereoCalibration.load(path)
+    except CalibrationError:
+        return None
+    return found if found.made_from == key else None
+
+
+def _user_path(key):
+    return user_folder() / "calibrations" / f"{key}.json"
+
+
+def _key(recording, pairs):
+    digest = hashlib.sha256(f"solver {SOLVER} {recording.board}".encode())
     for pair in pairs:
         for path in (pair.left_path, pair.right_path):
-            digest.update(f"{pair.name}".encode())
+            digest.update(pair.name.encode())
             digest.update(path.read_bytes() if path else b"")
     return digest.hexdigest()[:24]

@@ -60,6 +60,12 @@ def _parser():
     _add_recording(calibrate)
     calibrate.add_argument("--save", metavar="FILE", help="write the calibration itself, to be loaded in Python")
 
+    calibrate.add_argument(
+        "--keep",
+        action="store_true",
+        help="write it into the recording, so that whoever gets the folder starts with it",
+    )
+
     detect = add("detect", run_detect, "Find the ball in pictures.", "detect data/bench/snaps/left/000.jpg --color red")
     detect.add_argument("images", nargs="+", metavar="IMAGE")
     colors = detect.add_mutually_exclusive_group()

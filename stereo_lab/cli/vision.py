@@ -24,6 +24,7 @@ def run_demo(options):
     say(f"{recording.title}\n({kind}; {recording.path})\n")
     with Progress() as progress:
         results = evaluate(recording, progress)
+    say(f"Calibration: {results.calibration_source}.\n")
     say(report.page(results))
     report.write(results, options.report)
     say(f"\nThe pictures of this run: {Path(options.report).resolve()}")
@@ -32,12 +33,12 @@ def run_demo(options):
 
 
 def run_calibrate(options):
-    from stereo_lab.calibration import calibrate_recording
+    from stereo_lab.calibration import boards_of, calibrate_anew
     from stereo_lab.recording import open_recording
 
     recording = open_recording(options.recording)
     with Progress() as progress:
-        result = calibrate_recording(recording, lambda done, total: progress("find the boards", done, total))
+        result = calibrate_anew(recording, lambda done, total: progress("find the boards", done, total))
     if options.json != "-":
         print(f"{len(result.used)} of {result.pairs} pairs used; boards found in {result.found}.")
         for name, why in result.dropped:
@@ -58,6 +59,8 @@ def run_calibrate(options):
             print(f"  {reason}")
     if options.save:
         result.save(options.save)
+    if options.keep:
+        result.save(boards_of(recording).path / "calibration.json")
     write_json_option(options.json, result.facts())
     return WANTING if result.verdict == "poor" else OK
 

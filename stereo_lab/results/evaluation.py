@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stereo_lab.calibration import calibrate_recording
+from stereo_lab.calibration import find_calibration
 from stereo_lab.detection import HUES, BallDetector
 from stereo_lab.errors import StereoLabError
 from stereo_lab.localization import Localizer, find_pair
@@ -23,6 +23,7 @@ class Results:
 
     recording: object
     calibration: object
+    calibration_source: str
     localizers: dict = field(default_factory=dict)
     failed: dict = field(default_factory=dict)  # method -> why it could not be fitted
     snaps: dict | None = None
@@ -61,6 +62,7 @@ class Results:
             "recording": self.recording.name,
             "rendered": self.recording.rendered,
             "calibration": self.calibration.facts(),
+            "calibration_source": self.calibration_source,
             "detection": self.snaps,
             "clutter": self.clutter,
             "evaluation": {m: self._evaluation_facts(m) for m in METHODS if self.found.get(m)} or None,
@@ -112,8 +114,8 @@ def evaluate(recording, report=lambda step, done, total: None):
     -------
     Results
     """
-    calibration = calibrate_recording(recording, lambda done, total: report("calibrate the cameras", done, total))
-    results = Results(recording, calibration)
+    calibration, source = find_calibration(recording, lambda done, total: report("calibrate the cameras", done, total))
+    results = Results(recording, calibration, source)
     if "snaps" in recording.sets and recording.truth:
         results.snaps = _snaps(recording, calibration, report)
     clutter = clutter_of(recording)
