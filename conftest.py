@@ -1,14 +1,33 @@
-"""Shared fixtures: a home folder of its own, the shipped bench, and skips that CI does not accept."""
+"""What every test run stands on: a home of its own, notebooks compared as numbers, the shipped recordings."""
 
 import os
+import tempfile
 from pathlib import Path
 
 import pytest
+from nbval.plugin import IPyNbCell
 
 from stereo_lab.calibration import calibrate_recording
 from stereo_lab.recording import open_recording
+from tests.printed import Printed
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parent
+HOME = tempfile.TemporaryDirectory(prefix="stereo_lab_home_")
+os.environ["STEREO_LAB_HOME"] = HOME.name  # nothing of whoever runs the tests is read or written; kernels inherit it
+
+plain_sanitize = IPyNbCell.sanitize
+
+
+def sanitize(cell, text):
+    """nbval compares what this gives: a text that knows how much room its numbers have."""
+    text = plain_sanitize(cell, text)
+    if isinstance(text, str):
+        text = Printed(text)
+        text.room = cell.cell.metadata.get("stereo_lab", {}).get("tolerance")
+    return text
+
+
+IPyNbCell.sanitize = sanitize
 
 
 @pytest.fixture(scope="session")
