@@ -180,10 +180,10 @@ def depth_limit(z_mm, focal_px, baseline_mm, sigma_d_px):
 
 @lru_cache(maxsize=4)
 def _facts(path):
-    """Baseline, focal length, and the two rectified columns of the ball in the first depth sample."""
+    """Baseline, focal length, and the two rectified columns of the ball in the first depth sample where it is seen."""
     recording = open_recording(path)
-    localizer = Localizer.fit(recording)
+    localizer = Localizer.fit(recording, leave_out=recording.judges())
     calibration = localizer.calibration
-    sample = recording.samples("depth")[0]
-    (u_left, _), (u_right, _) = calibration.rectify_centers(*localizer.detect(sample.pair.left, sample.pair.right))
+    looks = (localizer.detect(s.pair.left, s.pair.right) for s in recording.samples("depth"))
+    (u_left, _), (u_right, _) = calibration.rectify_centers(*next(pair for pair in looks if pair is not None))
     return calibration.baseline_mm, calibration.focal_px, float(u_left), float(u_right)

@@ -34,7 +34,7 @@ class Localizer:
     missed: tuple[str, ...] = ()
 
     @classmethod
-    def fit(cls, recording, method="cone", calibration=None, color=None):
+    def fit(cls, recording, method="cone", calibration=None, color=None, leave_out=()):
         """Fit on the samples of a recording.
 
         Parameters
@@ -45,6 +45,7 @@ class Localizer:
             samples with use "fit", plain Hough.
         calibration : StereoCalibration, optional; else the recording's own
         color : BallColor, optional; else the recording's
+        leave_out : sequence of Sample, optional; samples that are to judge the fit, and so must not be fitted on
 
         Returns
         -------
@@ -58,7 +59,11 @@ class Localizer:
         if method not in WAYS:
             raise StereoLabError(f'There is no method {method!r}. Choose "cone" or "paper".')
         calibration = calibration or calibrate_recording(recording)
-        return cls(calibration, *WAYS[method].fit(recording, calibration, color or recording.ball.color))
+        kept_back = {sample.pair for sample in leave_out}
+        samples = {
+            name: [s for s in recording.samples(name) if s.pair not in kept_back] for name in ("position", "depth")
+        }
+        return cls(calibration, *WAYS[method].fit(recording, samples, calibration, color or recording.ball.color))
 
     def locate(self, left, right, near=None):
         """Where the ball is, or None where no ball is seen by both cameras.

@@ -40,11 +40,11 @@ class ConeWay:
     diameter_mm: float
 
     @classmethod
-    def fit(cls, recording, calibration, color):
+    def fit(cls, recording, samples, calibration, color):
         """The way, its residuals (see :class:`Localizer`) and the samples it missed."""
         detectors = tuple(BallDetector(color, "cone", calibration.camera(side)) for side in ("left", "right"))
         diameter, depth = recording.ball.diameter_mm, recording.arm_depth_mm
-        samples = {f"{name}/{s.pair.name}": s for name in ("position", "depth") for s in recording.samples(name)}
+        samples = {f"{set_name}/{s.pair.name}": s for set_name, chosen in samples.items() for s in chosen}
         found, places, missed = [], [], []
         for name, sample in samples.items():
             pair = find_pair(calibration, detectors, diameter, sample.pair.left, sample.pair.right)

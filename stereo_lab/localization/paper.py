@@ -34,12 +34,12 @@ class PaperWay:
     depth: PaperDepth
 
     @classmethod
-    def fit(cls, recording, calibration, color):
+    def fit(cls, recording, samples, calibration, color):
         """The way, its residuals (see :class:`Localizer`) and the samples it missed."""
         detector = BallDetector(color, "paper")
-        plane, places, missed = _rectified_samples(recording, "position", calibration, detector)
+        plane, places, missed = _rectified_samples(recording, "position", samples, calibration, detector)
         check_enough(plane, missed, 2, recording)
-        along, depths, lost = _rectified_samples(recording, "depth", calibration, detector)
+        along, depths, lost = _rectified_samples(recording, "depth", samples, calibration, detector)
         check_enough(along, lost, 3, recording)
         x_line, y_line = LineFit.fit(plane[:, 0], places[:, 0]), LineFit.fit(plane[:, 1], places[:, 1])
         depth = PaperDepth.fit(along[:, 2], depths[:, 2])
@@ -83,9 +83,9 @@ def _raw(calibration, detection, side):
     return replace(detection, u=float(center[0]), v=float(center[1]), radius_px=float(radius))
 
 
-def _rectified_samples(recording, set_name, calibration, detector):
+def _rectified_samples(recording, set_name, samples, calibration, detector):
     """(u, v, disparity) in rectified px and (x, y, depth) in mm of the samples to fit on, and the missed ones."""
-    samples = [s for s in recording.samples(set_name) if s.use == "fit"]
+    samples = [s for s in samples[set_name] if s.use == "fit"]
     if not samples:
         raise RecordingError(f'{recording.path / set_name / "measured.csv"} has no row whose use is "fit".')
     seen, places, missed, turned = [], [], [], 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -54,6 +54,11 @@ class StereoPair:
     right_path: Path | None = None
     image_size: tuple | None = None
     grey_allowed: bool = False
+
+    @property
+    def set_name(self):
+        """The set it belongs to: the name of the folder above left and right."""
+        return self.left_path.parent.parent.name
 
     @property
     def left(self):
@@ -166,6 +171,49 @@ class Recording:
             truth = None if ball is None else Position(*map(float, ball["ball"]))
             samples.append(Sample(pair, measured, truth, (row.get("use") or "").strip()))
         return tuple(samples)
+
+    def has_samples(self, set_name):
+        """Whether a set has pictures and a table of what was measured."""
+        return set_name in self.sets and (self.path / set_name / "measured.csv").is_file()
+
+    @property
+    def has_boards(self):
+        """Whether there are boards to calibrate on, its own or those of the recording that calibrated_by names."""
+        return "calibration" in self.sets or bool(self.calibrated_by)
+
+    @property
+    def ball_sets(self):
+        """Names of the sets that show the ball, single pictures first."""
+        order = ("snaps", "evaluation", "position", "depth", "track")
+        names = [name for name in self.sets if name != "calibration"]
+        return sorted(names, key=lambda name: order.index(name) if name in order else len(order))
+
+    def judges(self, use=None):
+        """The samples that a model is judged by: no model may be fitted on them.
+
+        The evaluation set; where there is none, the check samples: those of position stand for the arm's
+        plane, those of depth for the volume.
+
+        Parameters
+        ----------
+        use : "plane" or "volume", optional; else both
+
+        Returns
+        -------
+        tuple of Sample, their ``use`` being "plane" or "volume"
+        """
+        if self.has_samples("evaluation"):
+            found = self.samples("evaluation")
+        else:
+            stand_in = (("depth", "volume"), ("position", "plane"))
+            found = tuple(
+                replace(sample, use=kind)
+                for name, kind in stand_in
+                if self.has_samples(name)
+                for sample in self.samples(name)
+                if sample.use == "check"
+            )
+        return tuple(s for s in found if use is None or s.use == use)
 
     def true_ball(self, set_name, name):
         """The entry of truth.json for one frame with a ball in it, or None."""

@@ -121,14 +121,14 @@ def evaluate(recording, report=lambda step, done, total: None):
     clutter = clutter_of(recording)
     if clutter is not None:
         results.clutter = _clutter(clutter, calibration, report)
-    if {"position", "depth"} <= set(recording.sets):
-        results.localizers["cone"] = Localizer.fit(recording, "cone", calibration)
+    if recording.has_samples("position") and recording.has_samples("depth"):
+        judges = recording.judges()
+        results.localizers["cone"] = Localizer.fit(recording, "cone", calibration, leave_out=judges)
         try:
             results.localizers["paper"] = Localizer.fit(recording, "paper", calibration)
         except StereoLabError as error:  # its few samples leave it nothing to fall back on; ours goes on
             results.failed["paper"] = str(error)
-        if "evaluation" in recording.sets:
-            _evaluate_poses(results, report)
+        _evaluate_poses(results, judges, report)
     return results
 
 
@@ -191,10 +191,9 @@ def _clutter_right(method, color, clutter, calibration, pair, true):
     return all(is_hit(d, true[side]) for d, side in zip(found, ("left", "right"), strict=True))
 
 
-def _evaluate_poses(results, report):
-    """Locate the ball in every evaluation pair with both methods."""
+def _evaluate_poses(results, samples, report):
+    """Locate the ball in every pair that judges, with both methods."""
     recording, calibration = results.recording, results.calibration
-    samples = recording.samples("evaluation")
     results.found = {m: [] for m in results.localizers}
     results.centers = {m: [] for m in METHODS}
     raw_paper = BallDetector(recording.ball.color, "paper")
@@ -207,7 +206,7 @@ def _evaluate_poses(results, report):
         cone = results.localizers["cone"]
         pair = cone.detect(left, right)
         results.found["cone"].append((sample, None if pair is None else cone.position(*pair)))
-        true = recording.true_ball("evaluation", sample.pair.name)
+        true = recording.true_ball(sample.pair.set_name, sample.pair.name)
         if true is None:
             continue
         circles = (true["left"], true["right"])

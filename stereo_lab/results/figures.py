@@ -15,16 +15,18 @@ PAPER_PLANE_MM = 10.0  # the paper's Fig. 8: x and y within ±1 cm
 
 
 class Figure(NamedTuple):
-    """A figure of the report: what draws it, the sets and the localizers it needs, and its caption."""
+    """A figure of the report: what draws it, what it needs, and its caption."""
 
     draw: Callable
-    sets: set
-    methods: set
+    sets: set  # of pictures
+    methods: set  # fitted
+    judged: str  # the kind of samples it shows: "plane", "volume" or "" for none
     caption: str
 
     def fits(self, results):
         """Whether a run has what the figure needs."""
-        return self.sets <= set(results.recording.sets) and self.methods <= set(results.localizers)
+        there = self.sets <= set(results.recording.sets) and self.methods <= set(results.localizers)
+        return there and all(len(results.errors(m, self.judged)[0]) or not self.judged for m in self.methods)
 
 
 def draw_epipolar(results):
@@ -113,25 +115,25 @@ def draw_histogram(results):
 
 FIGURES = (
     Figure(
-        draw_epipolar, {"calibration"}, set(),
+        draw_epipolar, {"calibration"}, set(), "",
         "The paper's Fig. 2: a pair of the board with level lines. Raw, a corner sits on another row in each camera; "
         "rectified, on the same.",
     ),
     Figure(
-        draw_detection, {"position"}, {"cone"},
+        draw_detection, {"position"}, {"cone"}, "",
         "The paper's Fig. 4: pixels in the colour range are white; blurred; and the circles found in the picture.",
     ),
     Figure(
-        draw_lines, {"position"}, {"paper"},
+        draw_lines, {"position"}, {"paper"}, "",
         "The paper's Fig. 5: measured x against pixel column and y against pixel row, four samples to fit and four to "
         "check.",
     ),
     Figure(
-        draw_scatter, {"evaluation"}, {"paper", "cone"},
+        draw_scatter, set(), {"paper", "cone"}, "plane",
         "The paper's Fig. 8: errors in x and y in the plane of the arm; the dashed box is ±1 cm.",
     ),
     Figure(
-        draw_histogram, {"evaluation"}, {"paper", "cone"},
+        draw_histogram, set(), {"paper", "cone"}, "volume",
         "The paper's Fig. 9: how many pairs have which depth error; the dashed line is the mean.",
     ),
 )  # fmt: skip

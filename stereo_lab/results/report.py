@@ -77,6 +77,8 @@ def sentences(results):
         )
         if facts["evaluation"]["cone"]["missed"]:
             said.append(f"In {facts['evaluation']['cone']['missed']} pairs no ball was found.")
+    if results.found and not results.recording.has_samples("evaluation"):
+        said.append("This recording has no evaluation set: its check samples, kept out of the fit, are the judges.")
     if results.recording.arm_is_shipped:
         said.append("This recording names no arm, so the shipped bench's arm stands in.")
     return said
