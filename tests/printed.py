@@ -6,8 +6,9 @@ and the order of everything do not:
 - a number with a decimal point or an exponent, and a whole number with a unit (px, mm, °, %, V, s, ms, ...), may
   differ by ABSOLUTE units of its last printed place, or by RELATIVE of its size, whichever is more;
 - a whole number without a unit is a count, or a name: it is compared exactly;
-- a cell that needs more room says so in its metadata, for all of its numbers:
-  "stereo_lab": {"tolerance": {"absolute": 0.5, "relative": 0.05, "why": "..."}}, the absolute one in the number's unit.
+- a cell that needs more room says so in its metadata:
+  "stereo_lab": {"tolerance": {"absolute": 0.5, "relative": 0.05, "whole": 1, "why": "..."}}. The absolute one is in
+  the number's unit, and "whole" is the room of whole numbers without a unit, as in a table with units in its head.
 
 Blanks before and after a number do not count: columns are padded.
 """
@@ -28,7 +29,7 @@ class Printed(str):
 
     Attributes
     ----------
-    room : dict with "absolute" and "relative", or None for the rule by the last printed place
+    room : dict with "absolute", "relative" and "whole", or None for the rule by the last printed place
     """
 
     room = None
@@ -72,10 +73,10 @@ def _last_place(word, unit):
 def _near(ours, theirs, room):
     if ours[1] is None or theirs[1] is None:
         return ours == theirs
-    if room:
-        allowed = max(room.get("absolute", 0.0), room.get("relative", 0.0) * abs(ours[1]))
-    elif not (ours[2] and theirs[2]):
-        return ours[1] == theirs[1]
+    room = room or {}
+    if not (ours[2] and theirs[2]):
+        allowed = room.get("whole", 0.0)
     else:
-        allowed = max(ABSOLUTE * min(ours[2], theirs[2]), RELATIVE * abs(ours[1]))
+        last_place = ABSOLUTE * min(ours[2], theirs[2])
+        allowed = max(room.get("absolute", last_place), room.get("relative", RELATIVE) * abs(ours[1]))
     return abs(ours[1] - theirs[1]) <= allowed * (1 + 1e-9)

@@ -53,6 +53,9 @@ def test_a_cell_may_ask_for_room():
     wide = Printed("Eq. 4 gives 17.4 mm for 16 balls")
     wide.room = {"absolute": 0.5, "relative": 0.0}
     assert wide == "Eq. 4 gives 17.9 mm for 16 balls" and wide != "Eq. 4 gives 18.0 mm for 16 balls"
+    assert wide != "Eq. 4 gives 17.4 mm for 15 balls"
+    wide.room = {"whole": 1}
+    assert wide == "Eq. 4 gives 17.4 mm for 15 balls" and wide != "Eq. 4 gives 17.4 mm for 14 balls"
 
 
 PRINTS = "depth 17.4 mm of 16"
@@ -98,4 +101,4 @@ def test_every_wider_room_says_why():
     for path in sorted((ROOT / "notebooks").glob("*.ipynb")):
         for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
             room = cell["metadata"].get("stereo_lab", {}).get("tolerance")
-            assert room is None or (room["why"] and set(room) <= {"absolute", "relative", "why"}), path.name
+            assert room is None or (room["why"] and set(room) <= {"absolute", "relative", "whole", "why"}), path.name
