@@ -5,9 +5,9 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from conftest import ROOT
 
-from stereo_lab.calibration import StereoCalibration, calibrate_stereo
+from conftest import ROOT
+from stereo_lab.calibration import StereoCalibration, calibrate_stereo, solver
 from stereo_lab.calibration.corners import find_corners
 from stereo_lab.errors import CalibrationError
 from stereo_lab.recording import Board, StereoPair
@@ -45,6 +45,28 @@ def test_triangulate_agrees_with_opencv(bench, bench_calibration):
     assert np.allclose(bench_calibration.triangulate(left, right), (points[:3] / points[3]).T, atol=1e-6)
 
 
+def test_triangulate_uses_both_rows(bench_calibration):
+    """Rows that differ by a pixel: the point lies between them, half a pixel from each."""
+    left, right = np.array([[400.0, 200.0]]), np.array([[330.0, 201.0]])
+    (x, y, z), (x0, y0, z0) = (bench_calibration.triangulate(left, r)[0] for r in (right, right - [0, 1]))
+    assert (x, z) == pytest.approx((x0, z0)) and y - y0 == pytest.approx(0.5 * z / bench_calibration.focal_px)
+
+
+def test_a_pixel_of_disparity_is_worth_what_triangulation_says(bench_calibration):
+    left, step = np.array([[400.0, 200.0]]), 1e-4
+    depths = [bench_calibration.triangulate(left, left - [d, 0])[0, 2] for d in (80.0, 80.0 - step)]
+    slope = (depths[1] - depths[0]) / step
+    assert bench_calibration.depth_per_px(depths[0]) == pytest.approx(slope, rel=2e-3)
+
+
+def test_unrectify_undoes_rectify(bench_calibration):
+    raw = np.array([[20.0, 30.0], [320.0, 240.0], [610.0, 455.0]])
+    for side in ("left", "right"):
+        there = bench_calibration.rectify_points(raw, side)
+        assert np.abs(there - raw).max() > 1
+        assert np.allclose(bench_calibration.unrectify_points(there, side), raw, atol=1e-6)
+
+
 def test_save_and_load(bench_calibration, tmp_path):
     path = tmp_path / "cal.json"
     bench_calibration.save(path)
@@ -72,15 +94,45 @@ def test_swapped_cameras_are_named(bench):
         calibrate_stereo(pairs, bench.board)
 
 
-@pytest.mark.parametrize("said", [(10, 7), (8, 5), (7, 10)])
+@pytest.mark.parametrize(
+    "said", [(10, 7), pytest.param((8, 5), marks=pytest.mark.slow), pytest.param((7, 10), marks=pytest.mark.slow)]
+)
 def test_wrong_board_size_is_named(bench, said):
     with pytest.raises(CalibrationError, match=r"9x6|6x9"):
-        calibrate_stereo(bench.pairs("calibration")[:4], Board(*said, 25.0))
+        calibrate_stereo(bench.pairs("calibration")[:3], Board(*said, 25.0))
 
 
 def test_square_in_centimetres_is_guessed(bench):
     result = calibrate_stereo(bench.pairs("calibration")[:7], replace(bench.board, square_mm=2.5))
     assert result.verdict == "poor" and any("centimetres" in reason for reason in result.reasons)
+
+
+@pytest.mark.slow
+def test_names_and_order_of_the_pairs_decide_nothing(bench):
+    pairs = bench.pairs("calibration")[:9]
+    renamed = [replace(pair, name=f"{k:03d}") for k, pair in enumerate(pairs[::-1])]
+    one, other = calibrate_stereo(pairs, bench.board), calibrate_stereo(renamed, bench.board)
+    assert one.heldout_vertical_error_px == pytest.approx(other.heldout_vertical_error_px, rel=1e-6)
+    assert (one.verdict, one.rms_px) == (other.verdict, pytest.approx(other.rms_px, rel=1e-9))
+    assert np.array_equal(one.left_matrix, other.left_matrix)
+
+
+def test_every_pair_is_held_out_once():
+    heaps = solver.folds(23)
+    assert sorted(sum(heaps, [])) == list(range(23)) and len(heaps) == solver.FOLDS
+    assert max(map(len, heaps)) - min(map(len, heaps)) <= 1
+
+
+def test_each_fold_is_fitted_without_what_it_tests(bench, monkeypatch):
+    """The fit is watched: no pair that it saw is one that it is tested on, and all are tested."""
+    views = [solver.View(str(k), np.full((4, 2), k), np.full((4, 2), k)) for k in range(9)]
+    seen, tested = [], []
+    monkeypatch.setattr(solver, "_fit", lambda chosen, *_: seen.append({v.name for v in chosen}))
+    monkeypatch.setattr(solver, "unseen_errors", lambda _, view, *__: tested.append((len(seen), view.name)) or (0, 0))
+    solver._heldout_errors(views, range(9), bench.board, (640, 480), 0)
+    assert sorted(name for _, name in tested) == [str(k) for k in range(9)]
+    assert all(name not in seen[fold - 1] for fold, name in tested)
+    assert len(seen) == solver.FOLDS and all(len(s) >= 7 for s in seen)
 
 
 def test_too_few_boards(bench):

@@ -16,25 +16,28 @@ CAMERA = (MATRIX, np.zeros(5))
 
 
 def draw_ball(center_mm, radius_mm=20.0, scale=6, ground=(190, 190, 190)):
-    """An exactly projected, shaded red ball: every ray that meets the sphere is red."""
-    height, width = 480 * scale, 640 * scale
-    v, u = np.mgrid[:height, :width]
-    rays = np.stack(
-        [((u + 0.5) / scale - 0.5 - 319.5) / 600, ((v + 0.5) / scale - 0.5 - 239.5) / 600, np.ones(u.shape)], -1
-    )
+    """An exactly projected, shaded red ball: every ray that meets the sphere is red. Drawn large round the ball only."""
     center = np.asarray(center_mm, float)
+    pixel = MATRIX[:2] @ (center / center[2])
+    reach = int(1.3 * 600 * radius_mm / center[2]) + 12
+    (x0, y0), size = pixel.astype(int) - reach, 2 * reach
+    v, u = np.mgrid[: size * scale, : size * scale]
+    rays = np.stack(
+        [(x0 + (u + 0.5) / scale - 0.5 - 319.5) / 600, (y0 + (v + 0.5) / scale - 0.5 - 239.5) / 600, np.ones(u.shape)],
+        -1,
+    )
     along = rays @ center
     square = (rays**2).sum(-1)
     inside = along**2 - square * (center @ center - radius_mm**2)
     hit = inside > 0
     point = rays * ((along - np.sqrt(np.clip(inside, 0, None))) / square)[..., None]
-    normal = (point - center) / radius_mm
-    light = np.clip(normal @ [-0.4, -0.7, -0.6], 0, 1)
-    linear = np.full((height, width, 3), (np.array(ground) / 255) ** 2.2)
-    ball = np.array([0.02, 0.02, 0.5]) * (0.25 + 0.75 * light[..., None])
-    linear[hit] = ball[hit]
-    linear = cv2.resize(cv2.GaussianBlur(linear, (0, 0), 0.7 * scale), (640, 480), interpolation=cv2.INTER_AREA)
-    return np.round(255 * linear ** (1 / 2.2)).astype(np.uint8), MATRIX[:2] @ (center / center[2])
+    light = np.clip((point - center) / radius_mm @ [-0.4, -0.7, -0.6], 0, 1)
+    linear = np.full((*hit.shape, 3), (np.array(ground) / 255) ** 2.2)
+    linear[hit] = (np.array([0.02, 0.02, 0.5]) * (0.25 + 0.75 * light[..., None]))[hit]
+    linear = cv2.resize(cv2.GaussianBlur(linear, (0, 0), 0.7 * scale), (size, size), interpolation=cv2.INTER_AREA)
+    image = np.full((480, 640, 3), ground, np.uint8)
+    image[y0 : y0 + size, x0 : x0 + size] = np.round(255 * linear ** (1 / 2.2))
+    return image, pixel
 
 
 @pytest.mark.parametrize("center", [(0, 0, 800), (300, -180, 800), (-150, 120, 1500), (-220, 160, 550)])

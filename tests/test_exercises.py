@@ -1,11 +1,15 @@
 """Every question: the untouched stub, right answers, each listed wrong answer, on both recordings."""
 
+import ast
 import math
 
+import cv2
 import numpy as np
 import pytest
-from conftest import ROOT
 
+from conftest import ROOT
+from stereo_lab.calibration import calibrate_recording
+from stereo_lab.detection import Detection
 from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises import LESSONS, ____, questions
 from stereo_lab.exercises.answers import Choice, Command, Function, Number, Wrong, judge
@@ -77,10 +81,51 @@ def test_hints_are_staged_and_solutions_shown(asked, capsys):
         assert q.code.splitlines()[0] in out and q.reason in out
 
 
-def test_solutions_are_right(asked, capsys):
-    """The shown code, put under an empty notebook's names, is at least Python."""
+def names_above(lesson, recording):
+    """What stands above the questions of a lesson, made of the renderer's truth instead of by the kit."""
+    calibration = calibrate_recording(recording)
+
+    def centers(set_name, name):
+        true = recording.true_ball(set_name, name)
+        return [calibration.rectify_points([true[side][:2]], side)[0] for side in ("left", "right")]
+
+    if lesson == "00":
+        pair, true = recording.pairs("evaluation")[0], recording.true_ball("evaluation", "000")
+        balls = {f"ball_{side}": Detection(*true[side], 1.0) for side in ("left", "right")}
+        return {"left": pair.left, **balls}
+    if lesson == "01":
+        cameras = recording.truth["cameras"]
+        steps = np.subtract(cameras["left"]["position_mm"], cameras["right"]["position_mm"])
+        return {"T": steps, "np": np, "recording": recording}
+    if lesson == "02":
+        return {
+            "pixel": (30, 40, 200),
+            "np": np,
+            "hls_pixel": cv2.cvtColor(np.uint8([[(30, 40, 200)]]), cv2.COLOR_BGR2HLS)[0, 0],
+        }
+    if lesson == "03":
+        samples = [s for s in recording.samples("position") if s.use == "fit"]
+        ends = sorted((centers("position", s.pair.name)[0][1], s.measured.y_mm) for s in samples)
+        (v0, y0), (v1, y1) = ends[0], ends[-1]
+        return {"v0": v0, "y0": y0, "v1": v1, "y1": y1}
+    if lesson == "04":
+        (u_left, _), (u_right, _) = centers("depth", "000")
+        return {"u_left": u_left, "u_right": u_right, "calibration": calibration}
+    if lesson == "05":
+        return {"l1": recording.arm.l1_mm, "l2": recording.arm.l2_mm, **vars(math)}
+    return {}
+
+
+def test_solutions_run_and_pass(request, asked, capsys):
+    """Each shown solution, run under the names of its notebook, gives an answer that passes."""
+    recording_name, number = request.node.callspec.params["asked"]
+    names = names_above(number, open_recording(ROOT / "data" / recording_name))
     for q in asked:
-        compile(q.code, q.name, "exec")
+        exec(compile(q.code, q.name, "exec"), names)
+        last = ast.parse(q.code).body[-1]
+        q.check(names[last.name if isinstance(last, ast.FunctionDef) else last.targets[0].id])
+        out = capsys.readouterr().out
+        assert out.startswith("PASS - "), (q.name, out)
 
 
 def test_unknown_lesson():

@@ -39,6 +39,20 @@ def test_offset_depth_recovers_its_coefficients():
     assert (fit.a, fit.d0, fit.c) == pytest.approx((73000, 1.7, 12), rel=1e-4)
 
 
+def test_offset_depth_counts_its_errors_in_pixels():
+    """A pixel is worth Z², so 1/d², millimetres: no small change of a coefficient makes the errors in px smaller."""
+    d = np.array([140.0, 90, 70, 50, 40, 37, 33])
+    depth = 73000 / (d - 1.7) + 12 + np.array([0.5, -0.8, 1.4, -2.0, 6.0, -9.0, 7.0])
+    fit = OffsetDepth.fit(d, depth)
+
+    def in_pixels(a, d0, c):
+        return ((d**2 * (a / (d - d0) + c - depth)) ** 2).sum()
+
+    best = in_pixels(fit.a, fit.d0, fit.c)
+    for nudge in np.vstack([np.eye(3), -np.eye(3)]) * [5.0, 0.01, 0.1]:
+        assert in_pixels(fit.a + nudge[0], fit.d0 + nudge[1], fit.c + nudge[2]) > best
+
+
 @pytest.mark.parametrize("model", [PaperDepth, OffsetDepth])
 def test_negative_disparity_is_named(model):
     with pytest.raises(StereoLabError, match="swapped"):

@@ -58,6 +58,7 @@ def calibrate_stereo(pairs, board, progress=None):
         )
     _check_spread(views, size)
     found = len(views)
+    views.sort(key=lambda view: float(view.left.sum()))  # by what is seen: a file's name decides nothing
     with one_thread():
         together = same_moment(views, board, size)
     if together.sum() >= max(FEWEST, len(views) / 2):
@@ -87,7 +88,7 @@ def calibrate_stereo(pairs, board, progress=None):
         lens=lens,
         pairs=len(pairs),
         found=found,
-        used=tuple(view.name for view in used),
+        used=tuple(pair.name for pair in pairs if pair.name in {view.name for view in used}),
         dropped=tuple(sorted(dropped)),
     )
     verdict, reasons = verdict_on(result, board, [(v.left, v.right) for v in used])
@@ -121,7 +122,7 @@ def _find_views(pairs, board, progress):
         if lost:
             dropped.append((pair.name, f"no whole board in the {' and the '.join(lost)} picture"))
         else:
-            views.append(View(pair.name, index, corners[0], match_order(corners[0], corners[1], board)))
+            views.append(View(pair.name, corners[0], match_order(corners[0], corners[1], board)))
         if progress:
             progress(index + 1, len(pairs))
     return views, dropped, size

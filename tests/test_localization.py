@@ -1,0 +1,162 @@
+"""The localizer's two ways, and the numbers by which it weighs and judges."""
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pytest
+
+from stereo_lab.detection import Detection
+from stereo_lab.errors import StereoLabError
+from stereo_lab.localization import Localizer, disparities, ours, paper
+from stereo_lab.results import evaluation, figures, report
+
+
+@pytest.fixture(scope="module")
+def by_paper(bench, bench_calibration):
+    return Localizer.fit(bench, "paper", bench_calibration)
+
+
+@pytest.fixture(scope="module")
+def by_cone(bench, bench_calibration):
+    return Localizer.fit(bench, calibration=bench_calibration)
+
+
+def test_both_ways_detect_in_raw_pixels(bench, by_paper, by_cone):
+    sample = bench.samples("evaluation")[3]
+    true = bench.true_ball("evaluation", sample.pair.name)
+    for localizer, allowed in ((by_paper, 3.0), (by_cone, 0.3)):
+        for found, side in zip(localizer.detect(sample.pair.left, sample.pair.right), ("left", "right"), strict=True):
+            assert math.dist(found.center_px, true[side][:2]) < allowed
+            assert found.radius_px == pytest.approx(true[side][2], rel=0.15)
+
+
+def test_residuals_of_the_papers_way_stand_where_a_model_is_fitted(bench, by_paper):
+    """x and y of the four position samples, depth of the three depth samples, and nothing else."""
+    told = np.isfinite(by_paper.residuals_mm)
+    assert told.tolist() == [[True, True, False]] * 4 + [[False, False, True]] * 3
+    assert 0 < np.nanmax(np.abs(by_paper.residuals_mm[:, :2])) < 20
+    assert np.abs(by_paper.residuals_mm[4:, 2]).max() < 1e-6  # Eq. 4 goes through its three samples
+    found = [s for s in bench.samples("position") if s.use == "fit"]
+    place = by_paper.locate(found[1].pair.left, found[1].pair.right)
+    assert by_paper.residuals_mm[1, 0] == pytest.approx(place.x_mm - found[1].measured.x_mm, abs=1e-6)
+
+
+def test_residuals_of_our_way_are_model_minus_ruler(bench, by_cone):
+    sample = bench.samples("depth")[2]
+    place = by_cone.locate(sample.pair.left, sample.pair.right)
+    gap = [
+        place.x_mm - sample.measured.x_mm,
+        place.y_mm - sample.measured.y_mm,
+        place.depth_mm - sample.measured.depth_mm,
+    ]
+    assert by_cone.residuals_mm[8 + 2] == pytest.approx(gap, abs=1e-6)
+
+
+def test_samples_left_out_are_not_fitted_on(bench, bench_calibration):
+    judges = [s for s in bench.samples("depth") if s.use == "check"]
+    assert len(Localizer.fit(bench, calibration=bench_calibration, leave_out=judges).residuals_mm) == 14 - len(judges)
+
+
+def test_unknown_method(bench):
+    with pytest.raises(StereoLabError, match="no method 'magic'"):
+        Localizer.fit(bench, "magic")
+
+
+class Eyes:
+    """A detector that sees what it is told to, one picture after the other."""
+
+    def __init__(self, *seen):
+        self.seen = list(seen)
+
+    def detect(self, image):
+        return self.seen.pop(0)
+
+
+def test_a_wrong_lock_is_a_missed_sample(bench, bench_calibration):
+    """One pair of circles with a disparity of zero or less, and one without a circle, are missed; the rest goes on."""
+    good = [Detection(300 + d, 200, 20, 1) for d in (90, 0, 70, 0, 50, 0)]
+    fit = [replace(s, use="fit") for s in bench.samples("depth")[:5]]
+    eyes = Eyes(good[1], good[0], None, good[1], *good)
+    seen, places, missed = paper._rectified_samples(bench, "depth", {"depth": fit}, bench_calibration, eyes)
+    assert seen[:, 2].tolist() == [90, 70, 50] and missed == ["depth/000", "depth/001"]
+    assert places[:, 2].tolist() == [s.measured.depth_mm for s in fit[2:]]
+
+
+def test_swapped_cameras_are_guessed_by_the_papers_way(bench, bench_calibration):
+    fit = [replace(s, use="fit") for s in bench.samples("depth")[:3]]
+    eyes = Eyes(*[Detection(300 + d, 200, 20, 1) for d in (0, 90, 0, 70, 0, 50)])
+    with pytest.raises(StereoLabError, match="swapped"):
+        paper._rectified_samples(bench, "depth", {"depth": fit}, bench_calibration, eyes)
+
+
+def test_missed_samples_are_named_with_their_set(bench, bench_calibration, tmp_path):
+    samples = {"position": bench.samples("position"), "depth": bench.samples("depth")}
+    black = tmp_path / "position" / "left" / "black.png"
+    black.parent.mkdir(parents=True)
+    cv2.imwrite(str(black), np.zeros((480, 640, 3), np.uint8))
+    broken = replace(samples["position"][2], pair=replace(samples["position"][2].pair, left_path=black))
+    samples["position"] = (*samples["position"][:2], broken, *samples["position"][3:])
+    assert ours.ConeWay.fit(bench, samples, bench_calibration, "red")[2] == ("position/002",)
+
+
+def test_disparity_is_told_in_rectified_pixels(bench, bench_calibration, by_cone):
+    samples = bench.samples("depth")
+    told, found = disparities(by_cone, samples)
+    true = [bench.true_ball("depth", s.pair.name) for s in found]
+    columns = [bench_calibration.rectify_points([t[side][:2] for t in true], side)[:, 0] for side in ("left", "right")]
+    assert len(found) == len(samples) and np.abs(told - (columns[0] - columns[1])).max() < 0.3
+
+
+def test_the_ruler_is_as_good_as_the_recordings_say(bench):
+    """Half a millimetre of reading and the rounding to whole ones; held against what was really measured."""
+    samples = [*bench.samples("position"), *bench.samples("depth")]
+    gaps = [
+        getattr(s.measured, axis) - getattr(s.truth, axis) for s in samples for axis in ("x_mm", "y_mm", "depth_mm")
+    ]
+    assert pytest.approx(math.hypot(0.5, 1 / math.sqrt(12)), rel=0.1) == ours.RULER_SIGMA_MM
+    assert pytest.approx(np.std(gaps), rel=0.35) == ours.RULER_SIGMA_MM
+
+
+def test_samples_are_weighed_by_what_is_known_of_them(bench_calibration):
+    """Far away the pixels decide along the line of sight, near by and across it the ruler."""
+    near, far = ours._sigma(bench_calibration, np.array([[0, 0, 500.0], [0, 0, 4000.0]]))
+    assert near == pytest.approx([ours.RULER_SIGMA_MM] * 3, rel=0.1)
+    pixels = bench_calibration.depth_per_px(4000.0) * ours.CENTER_SIGMA_PX * math.sqrt(2)
+    assert far[2] == pytest.approx(math.hypot(pixels, ours.RULER_SIGMA_MM)) and far[2] > 10 * far[0] / 2
+
+
+@pytest.mark.parametrize(
+    ("off", "radius", "hit"), [(2.9, 5, True), (3.1, 5, False), (9.9, 40, True), (10.1, 40, False), (0, 1, True)]
+)
+def test_what_a_hit_is(off, radius, hit):
+    assert evaluation.is_hit(Detection(100 + off, 50, radius, 1), (100, 50, radius)) is hit
+    assert not evaluation.is_hit(None, (100, 50, radius))
+
+
+def test_the_papers_own_numbers():
+    """Its Fig. 8: within a centimetre; its Fig. 9: 0.8 cm on average."""
+    assert (report.PAPER_DEPTH_MM, figures.PAPER_PLANE_MM) == (8.0, 10.0)
+    both = {axis: {"mean": 1.0, "p95": 2.0} for axis in ("x_mm", "y_mm", "depth_mm")}
+    facts = {"evaluation": {m: {"volume": both, "plane": both} for m in ("paper", "cone")}, "limit_depth_mm": None}
+    told = {what: paper for what, paper, *_ in report._evaluation_rows(facts)}
+    assert told["depth in the whole volume, mean (95 %) error (mm)"] == "8"
+    assert told["x in the arm's plane, mean (95 %) error (mm)"] == "±10"
+
+
+def test_a_run_goes_on_where_the_papers_way_cannot_be_fitted(bench, bench_calibration, monkeypatch):
+    def refuse(*_, **__):
+        raise StereoLabError("three samples are needed")
+
+    monkeypatch.setattr(paper.PaperWay, "fit", refuse)
+    monkeypatch.setattr(evaluation, "clutter_of", lambda _: None)
+    monkeypatch.setattr(evaluation, "_snaps", lambda *_: None)
+    few = SimpleNamespace(**{**vars(bench), "judges": lambda: bench.judges("plane")[:2]})
+    for name in ("samples", "pairs", "has_samples", "sets", "name", "rendered", "true_ball", "calibrated_by"):
+        setattr(few, name, getattr(bench, name))
+    results = evaluation.evaluate(few)
+    assert set(results.localizers) == {"cone"} and "three samples" in results.failed["paper"]
+    page = report.page(results)
+    assert "cannot be fitted" in page and "x in the arm's plane" in page
