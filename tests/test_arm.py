@@ -8,8 +8,8 @@ import time
 
 import numpy as np
 import pytest
-from conftest import ROOT
 
+from conftest import ROOT
 from stereo_lab.arm import connect, line, ports
 from stereo_lab.arm import protocol as wire
 from stereo_lab.arm.virtual.joint import Joint
@@ -291,6 +291,16 @@ def test_a_stop_gets_through_a_burst_of_noise(arm):
     arm.port.read = quieter
     arm.stop()
     assert arm.status().state == "stop"
+
+
+def test_command_numbers_run_from_1_to_the_last_and_begin_at_1_again(arm, monkeypatch):
+    """0 is no number of the protocol: a controller would take the command for one without a number."""
+    sent, exchange = [], arm.line.exchange
+    monkeypatch.setattr(arm.line, "exchange", lambda text, number: sent.append(number) or exchange(text, number))
+    arm._number = wire.NUMBER_MAX - 1
+    for _ in range(3):
+        arm.command("ID")
+    assert sent == [9999, 1, 2]
 
 
 def test_half_a_line_left_behind_does_not_keep_anybody_out(arm):

@@ -83,8 +83,6 @@ class Arm:
     def __exit__(self, *_):
         self.close()
 
-    # --- what the arm does ---------------------------------------------------------------------------------
-
     def move_to(self, angles, one_side=False):
         """Move both joints, and wait until they are there. The motors are switched on if they are off.
 
@@ -191,8 +189,6 @@ class Arm:
             self.status()
             self.line.listen(min(ASK_S, left))
 
-    # --- motors and parameters -----------------------------------------------------------------------------
-
     def get(self, joint, name):
         """A parameter of a joint; their names stand in PROTOCOL.md."""
         return float(self.command(f"GET {joint} {name}"))
@@ -293,8 +289,6 @@ class Arm:
         self._number = self._number % wire.NUMBER_MAX + 1
         return self.line.exchange(text, self._number)
 
-    # --- moving --------------------------------------------------------------------------------------------
-
     def _goals(self, angles):
         if not isinstance(angles, JointAngles):
             raise StereoLabError(f"Expected JointAngles(theta1_deg, theta2_deg), got {angles!r}.")
@@ -387,8 +381,6 @@ class Arm:
         kind, joint = status.fault[0], status.fault[1:]
         who = f"Joint {joint} of the arm on {self.name}" if joint else f"The arm on {self.name}"
         return f"{who} {FAULTS.get(kind, 'was stopped.')}"
-
-    # --- the first words -----------------------------------------------------------------------------------
 
     def _greet(self):
         """Agree on checksums, and see who is there."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import tempfile
 
 from stereo_lab.cli.terminal import OK, Progress, write_json_option
 
@@ -22,9 +23,20 @@ def run_bench(options):
 
 
 def run_test(options):
+    """The package's tests and the notebooks, side by side: one is run by pytest, the other by nbval."""
     from stereo_lab.recording import REPOSITORY
 
-    command = [sys.executable, "-m", "pytest", "-q", "--nbval", "--nbval-cell-timeout=120", "tests", "notebooks"]
-    if not options.all:
-        command += ["-m", "not slow"]
-    return subprocess.run(command, cwd=REPOSITORY).returncode
+    pytest = [sys.executable, "-m", "pytest", "-q"]
+    package = [*pytest, "tests", *([] if options.all else ["-m", "not slow"])]
+    notebooks = [*pytest, "--nbval", "--nbval-cell-timeout=120", "notebooks"]
+    with tempfile.TemporaryFile() as later:
+        beside = subprocess.Popen(notebooks, cwd=REPOSITORY, stdout=later, stderr=subprocess.STDOUT)
+        try:
+            code = subprocess.run(package, cwd=REPOSITORY).returncode
+            beside.wait()
+        finally:
+            beside.kill()
+        later.seek(0)
+        print("The notebooks:", flush=True)
+        sys.stdout.buffer.write(later.read())
+    return max(code, beside.returncode)

@@ -56,8 +56,6 @@ class Controller:
             tuple(j.position_deg for j in self.joints), tuple(j.speed_deg_s for j in self.joints), 0, self.dropped,
         )  # fmt: skip
 
-    # --- what commands ask for --------------------------------------------------------------------------
-
     def enable(self, on):
         """Switch the motors on or off; on also undoes a latched stop."""
         if on:
@@ -146,8 +144,6 @@ class Controller:
             joint.still_ticks, joint.against_deg, joint.wrong_deg = 0, 0.0, 0.0
         joint.mode = mode
         self.fault = "-"
-
-    # --- the control loop -------------------------------------------------------------------------------
 
     @property
     def busy(self):

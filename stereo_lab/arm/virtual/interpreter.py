@@ -84,8 +84,6 @@ class Interpreter:
     def _answer(self, reply):
         self.say(wire.encode_reply(reply))
 
-    # --- commands ---------------------------------------------------------------------------------------
-
     def _execute(self, command):
         takes = COMMANDS.get(command.name)
         if takes is None:

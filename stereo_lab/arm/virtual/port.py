@@ -140,8 +140,6 @@ class VirtualPort(SerialBase):
         """Switch the arm off."""
         self.is_open = False
 
-    # --- time ---------------------------------------------------------------------------------------------
-
     def clock(self):
         """Seconds on the arm's clock since it was opened."""
         return self._ticks * TICK_S
@@ -201,8 +199,6 @@ class VirtualPort(SerialBase):
         flips = np.where(hit, 1 << self._rng.integers(0, 8, len(data)), 0).astype(np.uint8)
         return (np.frombuffer(data, np.uint8) ^ flips).tobytes()
 
-    # --- what the port is asked -----------------------------------------------------------------------------
-
     @property
     def in_waiting(self):
         with self._lock:
@@ -251,8 +247,6 @@ class VirtualPort(SerialBase):
             raise PortNotOpenError()
         if self.faults.unplugged:
             raise SerialException("the device is gone: virtual://arm was unplugged")
-
-    # --- what only a virtual arm can do ----------------------------------------------------------------------
 
     @property
     def link_deg(self):
