@@ -1,9 +1,9 @@
 """stereo_lab: see in 3D with two cheap webcams, and drive a robot arm to what they see.
 
-One lesson, one module, one name:
+A room is a module, or a folder of the same name. One lesson, one room, one notebook, one name:
 
 =======  =====================  ==========================================================
-lesson   module                 what is in it
+lesson   room                   what is in it
 =======  =====================  ==========================================================
 01       ``calibration``        from chessboards to two calibrated cameras
 02       ``detection``          the ball in one picture: the paper's way, and the cone
@@ -14,8 +14,9 @@ lesson   module                 what is in it
 07       ``localization``       all of it together: two pictures in, millimetres out
 =======  =====================  ==========================================================
 
-``recording`` opens the pictures that the lessons work on, ``errors`` holds what can go wrong. ``homography`` (01) and
-``hough`` (02) are written out to be read; ``exercises`` asks the questions, ``plots`` and ``widgets`` draw.
+``recording`` opens the pictures that the lessons work on; ``results`` judges the chain; ``exercises`` asks the questions;
+``plots`` and ``widgets`` draw; ``cli`` is the command ``stereo-lab``; ``firmware`` is the sketch of the real arm. Everybody
+stands on ``common`` and ``errors``. Rooms import downwards only, and lessons never each other.
 """
 
-__version__ = "0.3.0"
+__version__ = "0.4.0"
