@@ -45,8 +45,8 @@ def _arm_home(arm, options):
 
 
 def _arm_move(arm, options):
+    from stereo_lab.arm import JointAngles
     from stereo_lab.common.files import finite_number
-    from stereo_lab.kinematics import JointAngles
 
     if len(options.angles) != 2:
         raise StereoLabError(f"move: expected two angles, shoulder and elbow; got {len(options.angles)}.")

@@ -11,9 +11,8 @@ import time
 import cv2
 import numpy as np
 
-from stereo_lab.arm import connect
+from stereo_lab.arm import JointAngles, connect
 from stereo_lab.common.threads import one_thread
-from stereo_lab.kinematics import JointAngles
 from stereo_lab.localization import Localizer
 
 PAIRS = 24
