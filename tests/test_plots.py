@@ -1,0 +1,162 @@
+"""What every figure draws: its curves, marks, words and bounds, held against tests/figures.json.
+
+A figure that changed on purpose is looked at, and written down anew: python tests/test_plots.py
+"""
+
+import inspect
+import json
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+
+from stereo_lab import plots
+from stereo_lab.position import LineFit
+
+WRITTEN = Path(__file__).with_name("figures.json")
+ARM = np.array([[0.0, 0.0], [200.0, 100.0], [150.0, 260.0]])
+PICTURE = np.arange(4 * 6 * 3, dtype=np.uint8).reshape(4, 6, 3)
+UP, DOWN = np.array([1.0, 2.0, 4.0, 7.0]), np.array([9.0, 5.0, 2.0, 1.0])
+CORNERS = np.array([[u, v] for v in (10.0, 22.0) for u in (5.0, 17.0, 30.0)])
+
+CALLS = {
+    "show_image": lambda ax: plots.show_image(PICTURE, "A title", ax),
+    "side_by_side": lambda ax: plots.side_by_side(PICTURE, PICTURE, [1.0, 2.5], "A title", ax),
+    "mark_ball": lambda ax: plots.mark_ball(3.0, 2.0, 1.5, ax),
+    "line_fit": lambda ax: plots.line_fit(
+        UP, 3 * UP - 1, DOWN[:2], 3 * DOWN[:2], LineFit.fit(UP, 3 * UP - 1), ("u (px)", "x (mm)"), "A title", ax
+    ),
+    "scatter_errors": lambda ax: plots.scatter_errors(UP, -DOWN, 10.0, "A title", ax),
+    "histogram_errors": lambda ax: plots.histogram_errors(np.array([-1.0, 2.0, 2.5, -4.0]), "A title", ax),
+    "rig_from_above": lambda ax: plots.rig_from_above(-60.0, 120.0, 1000.0, 450.0, UP, 100 * DOWN, "A title", ax),
+    "jump_against_depth": lambda ax: plots.jump_against_depth(UP, DOWN, "A title", ax),
+    "grids": lambda ax: plots.grids([CORNERS, CORNERS + 1], [CORNERS + 2, CORNERS + 3], (64, 48), "A title", ax),
+    "mark_corners": lambda ax: plots.mark_corners(CORNERS, 3, ax),
+    "error_by_pair": lambda ax: plots.error_by_pair(["a", "b", "c"], [1.0, 2.0, 9.0], 2.0, {"c"}, "A title", ax),
+    "how_many_pairs": lambda ax: plots.how_many_pairs([3, 5, 8, 12], UP, DOWN, "A title", ax),
+    "mask_view": lambda ax: plots.mask_view(PICTURE[..., 0], "A title", ax),
+    "hue_circle": lambda ax: plots.hue_circle("A title", ax),
+    "heat": lambda ax: plots.heat(PICTURE[..., 1], (2.0, 1.0), "A title", ax),
+    "flow": lambda ax: plots.flow(["one", "two", "three"], "A title", ax),
+    "answers_bar": lambda ax: plots.answers_bar(["a", "b"], [20.0, 40.0], [90.0, 95.0], "A title", ax),
+    "error_against_depth": lambda ax: plots.error_against_depth(
+        [("lines", UP, DOWN), ("rigid", UP, 0.01 * DOWN)], 3.0, "A title", ax
+    ),
+    "rays_spread": lambda ax: plots.rays_spread([0.1, 0.3], [500.0, 1000.0], 1000.0, "A title", ax),
+    "similar_triangles": lambda ax: plots.similar_triangles(120.0, 690.0, 600.0, 40.0, "A title", ax),
+    "depth_curves": lambda ax: plots.depth_curves(
+        [("Eq. 4", UP, DOWN), ("Eq. 3", UP, UP)], UP, DOWN, DOWN, UP, "A title", ax
+    ),
+    "depth_terms": lambda ax: plots.depth_terms(UP, [("m/d", DOWN), ("c", UP)], "A title", ax),
+    "error_band": lambda ax: plots.error_band(UP, DOWN, UP, 0.1 * UP, "A title", ax),
+    "error_of_baseline": lambda ax: plots.error_of_baseline(
+        UP, [("at 2 m", DOWN), ("at 1 m", DOWN / 4)], 3.0, "A title", ax
+    ),
+    "two_links": lambda ax: plots.two_links(ARM, (25.0, 50.0), ("l1", "l2"), "A title", ax),
+    "arms": lambda ax: plots.arms([("down", ARM), ("up", ARM[:, ::-1])], [(100.0, 50.0)], "A title", ax),
+    "reach": lambda ax: plots.reach(50.0, 450.0, UP, DOWN, np.arange(16).reshape(4, 4) % 3, ARM, "A title", ax),
+    "cosine_triangle": lambda ax: plots.cosine_triangle(ARM, ("l1", "l2", "r"), (25.0, 50.0, 30.0), "A title", ax),
+    "one_degree": lambda ax: plots.one_degree(ARM, [("θ1", (30.0, 40.0)), ("θ2", (-10.0, 20.0))], "A title", ax),
+    "turret": lambda ax: plots.turret((ARM[1], ARM[2]), ARM, ("Above", "Side"), ax.figure.subplots(1, 2)),
+    "motor_curves": lambda ax: plots.motor_curves(UP, [("one", DOWN), ("two", UP)], "A title", ax),
+    "stops": lambda ax: plots.stops([("one", UP, 10 * UP), ("two", UP, 9 * UP)], 70.0, "A title", ax, 5.0, 2.0),
+    "plan": lambda ax: plots.plan(UP, DOWN, UP + 1, DOWN + 1, "A title", ax),
+    "stopping_errors": lambda ax: plots.stopping_errors([("one", DOWN), ("two", 0.001 * UP)], "A title", ax),
+    "touches": lambda ax: plots.touches(ARM, ARM + 1, UP, "A title", ax.figure.subplots(1, 2)),
+}
+
+
+def describe(ax):
+    """All that is drawn on an axis, as plain numbers and words."""
+    told = [f"title {ax.get_title()!r} x {ax.get_xlabel()!r} y {ax.get_ylabel()!r}"]
+    told.append(f"scales {ax.get_xscale()} {ax.get_yscale()} aspect {ax.get_aspect()} axis {ax.axison}")
+    for name, fixed, limits in (
+        ("x", not ax.get_autoscalex_on(), ax.get_xlim()), ("y", not ax.get_autoscaley_on(), ax.get_ylim()),
+    ):  # fmt: skip
+        told.append(
+            f"{name} from {numbers(limits)}" if fixed else f"{name} runs {'up' if limits[0] < limits[1] else 'down'}"
+        )
+    for line in ax.lines:
+        look = f"{to_hex(line.get_color())} {line.get_linestyle()} {line.get_marker()} {line.get_linewidth():g} {line.get_markersize():g}"
+        label = "" if line.get_label().startswith("_") else repr(line.get_label())
+        told.append(f"line {look} {label} {numbers(line.get_xdata())} | {numbers(line.get_ydata())}")
+    for patch in ax.patches:
+        box = numbers(patch.get_path().transformed(patch.get_patch_transform()).get_extents().bounds)
+        told.append(
+            f"{type(patch).__name__} {to_hex(patch.get_facecolor())} {patch.get_hatch() or ''} {patch.get_fill()} {box}"
+        )
+    for text in ax.texts:
+        place, shift = getattr(text, "xy", text.get_position()), text.get_position()
+        look = f"{to_hex(text.get_color())} {text.get_ha()} {text.get_va()}"
+        told.append(f"text {text.get_text()!r} at {numbers(place)} moved {numbers(shift)} {look}")
+    for image in ax.images:
+        told.append(
+            f"image {numbers(image.get_array().astype(float).ravel()[:24])} extent {numbers(image.get_extent())}"
+        )
+    for heap in ax.collections:
+        box = numbers(heap.get_datalim(ax.transData).bounds)
+        told.append(
+            f"{type(heap).__name__} {box} {numbers(np.ravel(heap.get_array())[:16]) if heap.get_array() is not None else ''}"
+        )
+    legend = ax.get_legend()
+    told.append("legend " + repr([t.get_text() for t in legend.get_texts()] if legend else None))
+    for name, axis in (("x", ax.xaxis), ("y", ax.yaxis)):
+        if isinstance(axis.get_major_locator(), matplotlib.ticker.FixedLocator):
+            told.append(f"{name} ticks {numbers(axis.get_ticklocs())} {[t.get_text() for t in axis.get_ticklabels()]}")
+    return told
+
+
+def numbers(values):
+    return " ".join(f"{v:.4g}" for v in np.asarray(values, float).ravel() + 0.0)
+
+
+def drawn(name):
+    fig, axes = plots.figure()
+    try:
+        CALLS[name](axes[0, 0])
+        return [words for ax in fig.axes for words in describe(ax)]
+    finally:
+        plt.close(fig)
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_a_figure_draws_what_is_written_down(name):
+    assert drawn(name) == json.loads(WRITTEN.read_text(encoding="utf-8"))[name]
+
+
+def test_every_figure_is_written_down():
+    figures = {n for n, f in inspect.getmembers(plots, inspect.isfunction) if "ax" in inspect.signature(f).parameters}
+    figures |= {
+        n for n, f in inspect.getmembers(plots, inspect.isfunction) if "axes" in inspect.signature(f).parameters
+    }
+    assert figures == set(CALLS)
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_figures_take_the_current_axis_and_give_it_back(name):
+    given = CALLS[name]
+    fig, axes = plots.figure()
+    try:
+        plt.sca(axes[0, 0])
+        back = given(axes[0, 0])
+        assert back is axes[0, 0] or set(back) <= set(fig.axes)
+    finally:
+        plt.close(fig)
+
+
+def test_a_figure_becomes_a_png_and_is_closed():
+    fig, axes = plots.figure(2, 3, height=4.0, width=9.0)
+    assert axes.shape == (2, 3) and fig.get_size_inches().tolist() == [9.0, 4.0]
+    assert plots.png(fig).startswith(b"\x89PNG") and not plt.fignum_exists(fig.number)
+
+
+if __name__ == "__main__":
+    WRITTEN.write_text(
+        json.dumps({name: drawn(name) for name in CALLS}, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
+    )
