@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from conftest import ROOT
-from stereo_lab.calibration import StereoCalibration, calibrate_stereo, solver
+from stereo_lab.calibration import StereoCalibration, calibrate_stereo, match_order, solver
+from stereo_lab.calibration.cameras import ARRAYS
 from stereo_lab.calibration.corners import find_corners
 from stereo_lab.errors import CalibrationError
-from stereo_lab.recording import Board, StereoPair
+from stereo_lab.recording import Board, StereoPair, open_recording
+from tests.written import assert_as_written
 
 
 def true_centers(recording, set_name):
@@ -153,6 +155,7 @@ def test_two_pairs_mixed_up_are_dropped_and_named(bench):
     result = calibrate_stereo(pairs, bench.board)
     assert {name for name, _ in result.dropped} == {pairs[3].name, pairs[9].name}
     assert result.rms_px < 0.1
+    assert_as_written("calibrations/two mixed up", facts_in_words(result), {"absolute": 0.03, "relative": 0.01})
 
 
 def test_a_board_that_never_moves(bench):
@@ -210,3 +213,26 @@ def test_second_rig(second_rig):
 def test_shipped_recordings_say_that_they_are_rendered():
     for path in (ROOT / "data").glob("*/recording.json"):
         assert '"made_by": "render"' in path.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(("name", "number"), [("bench", 0), ("bench", 5), ("second_rig", 3)])
+def test_corners_are_those_written_down(name, number):
+    recording = open_recording(ROOT / "data" / name)
+    pair, lines = recording.pairs("calibration")[number], []
+    left, right = find_corners(pair.left, recording.board), find_corners(pair.right, recording.board)
+    for corners in (left, match_order(left, right, recording.board)):
+        lines += [f"u {u:.3f} px v {v:.3f} px" for u, v in corners]
+    assert_as_written(f"corners/{name}/{number}", lines, {"absolute": 0.01})
+
+
+def facts_in_words(result):
+    facts = result.facts()
+    lines = [f"{key} {value:.3f} px" if isinstance(value, float) else f"{key} {value}" for key, value in facts.items()]
+    return lines + [f"{key} " + " ".join(f"{v:.2f}" for v in getattr(result, key).ravel()) for key in ARRAYS]
+
+
+@pytest.mark.parametrize("choose", [slice(0, 5), slice(3, 12, 2)], ids=["five", "five others"])
+def test_a_small_calibration_is_the_one_written_down(bench, choose):
+    result = calibrate_stereo(bench.pairs("calibration")[choose], bench.board)
+    name = f"calibrations/{choose.start} {choose.stop} {choose.step}"
+    assert_as_written(name, facts_in_words(result), {"absolute": 0.03, "relative": 0.01})

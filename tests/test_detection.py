@@ -4,12 +4,14 @@ import cv2
 import numpy as np
 import pytest
 
-from stereo_lab.calibration import homography
+from conftest import ROOT
+from stereo_lab.calibration import calibrate_recording, homography
 from stereo_lab.common.files import read_table
-from stereo_lab.detection import BallColor, BallDetector, curves, hough
+from stereo_lab.detection import HUES, BallColor, BallDetector, curves, hough
 from stereo_lab.errors import StereoLabError
-from stereo_lab.recording import read_image
+from stereo_lab.recording import open_recording, read_image
 from stereo_lab.results.evaluation import is_hit
+from tests.written import assert_as_written
 
 MATRIX = np.array([[600.0, 0, 319.5], [0, 600, 239.5], [0, 0, 1]])
 CAMERA = (MATRIX, np.zeros(5))
@@ -180,3 +182,44 @@ def test_focal_length_from_one_exact_picture():
     assert homography.focal_from_homography(h, (320, 240)) == pytest.approx(650.0)
     facing = matrix @ np.column_stack([np.eye(3)[:, :2], [0.0, 0.0, 600.0]])
     assert homography.focal_from_homography(facing, (320, 240)) is None
+
+
+LOOKS = [("clutter/snaps", k, "red") for k in (0, 7, 14, 33, 58, 77)]
+LOOKS += [(f"clutter/{color}", 3, color) for color in ("green", "blue", "yellow", "orange")]
+LOOKS += [("bench/evaluation", 5, "red"), ("bench/track", 20, "red"), ("second_rig/evaluation", 2, "green")]
+
+
+def told(found):
+    return (
+        "nothing"
+        if found is None
+        else f"u {found.u:.2f} px v {found.v:.2f} px r {found.radius_px:.2f} px score {found.score:.2f}"
+    )
+
+
+@pytest.mark.parametrize(("place", "number", "color"), LOOKS, ids=str)
+def test_candidates_are_those_written_down(place, number, color):
+    name, set_name = place.split("/")
+    image = open_recording(ROOT / "data" / name).pairs(set_name)[number].left
+    camera = calibrate_recording(open_recording(ROOT / "data" / name)).camera("left")
+    lines = [told(c) for c in BallDetector(color, camera=camera).candidates(image)]
+    lines += [
+        f"no camera: {told(BallDetector(color).detect(image))}",
+        f"paper: {told(BallDetector(color, 'paper').detect(image))}",
+    ]
+    assert_as_written(f"detections/{place}/{number}", lines, {"absolute": 0.04})
+
+
+@pytest.mark.parametrize("name", HUES)
+def test_a_colours_table_is_the_one_written_down(name):
+    color = BallColor.named(name)
+    coarse = color.table.reshape(8, 4, 8, 4, 8, 4).astype(float).mean((1, 3, 5))
+    assert_as_written(f"colors/{name}", [str(color.ranges), " ".join(f"{v:.0f}" for v in coarse.ravel())], {"whole": 1})
+
+
+def test_a_learned_colour_is_the_one_written_down(bench):
+    names = [pair for pair in bench.pairs("position")][:3]
+    circles = [bench.true_ball("position", pair.name)["left"] for pair in names]
+    color = BallColor.from_samples([pair.left for pair in names], circles)
+    coarse = color.table.reshape(8, 4, 8, 4, 8, 4).astype(float).mean((1, 3, 5))
+    assert_as_written("colors/learned", [str(color.ranges), " ".join(f"{v:.0f}" for v in coarse.ravel())], {"whole": 1})

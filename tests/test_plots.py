@@ -1,11 +1,6 @@
-"""What every figure draws: its curves, marks, words and bounds, held against tests/figures.json.
-
-A figure that changed on purpose is looked at, and written down anew: python tests/test_plots.py
-"""
+"""What every figure draws: its curves, marks, words and bounds, as they are written down."""
 
 import inspect
-import json
-from pathlib import Path
 
 import matplotlib
 
@@ -18,8 +13,8 @@ from matplotlib.colors import to_hex
 
 from stereo_lab import plots
 from stereo_lab.position import LineFit
+from tests.written import assert_as_written
 
-WRITTEN = Path(__file__).with_name("figures.json")
 ARM = np.array([[0.0, 0.0], [200.0, 100.0], [150.0, 260.0]])
 PICTURE = np.arange(4 * 6 * 3, dtype=np.uint8).reshape(4, 6, 3)
 UP, DOWN = np.array([1.0, 2.0, 4.0, 7.0]), np.array([9.0, 5.0, 2.0, 1.0])
@@ -127,7 +122,7 @@ def drawn(name):
 
 @pytest.mark.parametrize("name", CALLS)
 def test_a_figure_draws_what_is_written_down(name):
-    assert drawn(name) == json.loads(WRITTEN.read_text(encoding="utf-8"))[name]
+    assert_as_written(f"plots/{name}", drawn(name))
 
 
 def test_every_figure_is_written_down():
@@ -154,9 +149,3 @@ def test_a_figure_becomes_a_png_and_is_closed():
     fig, axes = plots.figure(2, 3, height=4.0, width=9.0)
     assert axes.shape == (2, 3) and fig.get_size_inches().tolist() == [9.0, 4.0]
     assert plots.png(fig).startswith(b"\x89PNG") and not plt.fignum_exists(fig.number)
-
-
-if __name__ == "__main__":
-    WRITTEN.write_text(
-        json.dumps({name: drawn(name) for name in CALLS}, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
-    )

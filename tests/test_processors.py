@@ -1,4 +1,4 @@
-"""The notebooks and the demo's figures on other processors, simulated: their libraries take other code paths.
+"""The tests, the notebooks and the demo's figures on other processors, simulated: their libraries take other code paths.
 
 OPENBLAS_CORETYPE chooses the kernels of numpy's linear algebra, OPENCV_CPU_DISABLE and NPY_DISABLE_CPU_FEATURES
 switch instructions off. Every run has a home of its own, and one or two threads.
@@ -72,8 +72,10 @@ def figures(environ, folder):
 
 
 @pytest.mark.parametrize("name", PROCESSORS)
-def test_notebooks(name, tmp_path):
-    command = [sys.executable, "-m", "pytest", "-q", "--nbval", "--nbval-cell-timeout=300", "notebooks"]
+@pytest.mark.parametrize("what", ["package", "notebooks"])
+def test_the_readmes_command(name, what, tmp_path):
+    tests = ["tests", "-m", "not slow"] if what == "package" else ["--nbval", "--nbval-cell-timeout=300", "notebooks"]
+    command = [sys.executable, "-m", "pytest", "-q", *tests]
     done = subprocess.run(command, cwd=ROOT, env=environment(name, tmp_path), capture_output=True, text=True)
     assert done.returncode == 0, done.stdout[-8000:]
 

@@ -1,5 +1,6 @@
 """Every panel without a browser: each control changes the picture, and no value breaks it."""
 
+import cv2
 import ipywidgets
 import numpy as np
 import pytest
@@ -7,6 +8,7 @@ import pytest
 from stereo_lab import widgets
 from stereo_lab.errors import StereoLabError
 from stereo_lab.motion import Motor
+from tests.written import assert_as_written
 
 DISPARITY = np.array([160.0, 103.0, 73.0, 60.0, 49.0, 42.0])
 DEPTH = np.array([520.0, 813.0, 1104.0, 1397.0, 1688.0, 1980.0])
@@ -50,6 +52,26 @@ def test_every_control_changes_the_picture_or_the_text(panels):
                 shown.add((bytes(panel.picture.value), panel.text.value))
             control.value = start
             assert len(shown) > 1, f"{panel}: {name} does nothing"
+
+
+def thumbnail(panel):
+    """The panel's picture, 12 by 6 patches of mean grey."""
+    image = cv2.imdecode(np.frombuffer(bytes(panel.picture.value), np.uint8), cv2.IMREAD_GRAYSCALE)
+    return f"{image.shape[1]}x{image.shape[0]}: " + " ".join(
+        map(str, cv2.resize(image, (12, 6), interpolation=cv2.INTER_AREA).ravel())
+    )
+
+
+def test_panels_show_what_is_written_down(panels):
+    for panel in panels:
+        lines = [panel.text.value, thumbnail(panel)]
+        for name, control in panel._controls.items():
+            start = control.value
+            for value in limits(control):
+                control.value = value
+                lines += [f"{name} {value}", panel.text.value, thumbnail(panel)]
+            control.value = start
+        assert_as_written(f"panels/{panel!r}", lines, {"whole": 4, "absolute": 0.2})
 
 
 def test_repr_is_fixed(panels):
