@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stereo_lab.errors import StereoLabError
 
@@ -13,34 +14,45 @@ STEPS = 60
 
 @dataclass(frozen=True)
 class IdealDepth:
-    """Z = B·f/d (Eq. 3): two equal cameras that look exactly the same way."""
+    """Z = B·f/d (Eq. 3): two equal cameras that look exactly the same way.
+
+    Attributes
+    ----------
+    baseline_mm, focal_px : float, B and f
+    """
 
     baseline_mm: float
     focal_px: float
 
-    def predict(self, disparity_px):
+    def predict(self, disparity_px: ArrayLike) -> float | np.ndarray:
         """Depth in mm for one disparity or an array."""
         return self.baseline_mm * self.focal_px / np.asarray(disparity_px, float)
 
 
 @dataclass(frozen=True, eq=False)
 class PaperDepth:
-    """Z = m'''·d⁻¹ − n'''·d + c''' (Eq. 4), fitted on samples; three are solved exactly."""
+    """Z = m'''·d⁻¹ − n'''·d + c''' (Eq. 4), fitted on samples; three are solved exactly.
 
-    m: float  # mm·px
-    n: float  # mm/px
-    c: float  # mm
+    Attributes
+    ----------
+    m, n, c : float, in mm·px, mm/px and mm
+    residuals_mm : ndarray, shape (N,), model minus sample
+    """
+
+    m: float
+    n: float
+    c: float
     residuals_mm: np.ndarray
 
     @classmethod
-    def fit(cls, disparity_px_N, depth_mm_N):
+    def fit(cls, disparity_px_N: ArrayLike, depth_mm_N: ArrayLike) -> PaperDepth:
         """Least squares, unconstrained: the signs come out as they come out."""
         d, depth = _samples(disparity_px_N, depth_mm_N)
         terms = np.column_stack([1 / d, -d, np.ones_like(d)])
         m, n, c = np.linalg.lstsq(terms, depth, rcond=None)[0]
         return cls(float(m), float(n), float(c), terms @ [m, n, c] - depth)
 
-    def predict(self, disparity_px):
+    def predict(self, disparity_px: ArrayLike) -> float | np.ndarray:
         """Depth in mm for one disparity or an array."""
         d = np.asarray(disparity_px, float)
         return self.m / d - self.n * d + self.c
@@ -48,15 +60,21 @@ class PaperDepth:
 
 @dataclass(frozen=True, eq=False)
 class OffsetDepth:
-    """Z = a/(d − d0) + c: Eq. 3 for cameras that squint a little (d0) and a tape that starts elsewhere (c)."""
+    """Z = a/(d − d0) + c: Eq. 3 for cameras that squint a little (d0) and a tape that starts elsewhere (c).
 
-    a: float  # mm·px
-    d0: float  # px
-    c: float  # mm
+    Attributes
+    ----------
+    a, d0, c : float, in mm·px, px and mm
+    residuals_mm : ndarray, shape (N,), model minus sample
+    """
+
+    a: float
+    d0: float
+    c: float
     residuals_mm: np.ndarray
 
     @classmethod
-    def fit(cls, disparity_px_N, depth_mm_N):
+    def fit(cls, disparity_px_N: ArrayLike, depth_mm_N: ArrayLike) -> OffsetDepth:
         """Least squares by Gauss-Newton steps from d0 = 0; every sample counts in pixels, not in mm."""
         d, depth = _samples(disparity_px_N, depth_mm_N)
         a, c = np.linalg.lstsq(np.column_stack([1 / d, np.ones_like(d)]), depth, rcond=None)[0]
@@ -71,7 +89,7 @@ class OffsetDepth:
             a, d0, c = a + step[0], d0 + step[1], c + step[2]
         return cls(float(a), float(d0), float(c), a / (d - d0) + c - depth)
 
-    def predict(self, disparity_px):
+    def predict(self, disparity_px: ArrayLike) -> float | np.ndarray:
         """Depth in mm for one disparity or an array."""
         return self.a / (np.asarray(disparity_px, float) - self.d0) + self.c
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stereo_lab.errors import StereoLabError, UnreachableTargetError
 
@@ -18,10 +19,16 @@ ANGLE_ROUNDING_DEG = 1e-9  # an angle this far beyond a limit is at the limit
 
 @dataclass(frozen=True)
 class JointAngles:
-    """Shoulder angle from the x axis and elbow angle from the first link, in degrees."""
+    """Both joint angles of an arm, or arrays of them.
 
-    theta1_deg: float
-    theta2_deg: float
+    Attributes
+    ----------
+    theta1_deg : float or ndarray, of the shoulder, from the x axis
+    theta2_deg : float or ndarray, of the elbow, from the first link
+    """
+
+    theta1_deg: float | np.ndarray
+    theta2_deg: float | np.ndarray
 
 
 @dataclass(frozen=True)
@@ -41,7 +48,7 @@ class TwoLinkArm:
 
     l1_mm: float
     l2_mm: float
-    limits_deg: tuple = ((-180.0, 180.0), (-180.0, 180.0))
+    limits_deg: tuple[tuple[float, float], tuple[float, float]] = ((-180.0, 180.0), (-180.0, 180.0))
 
     def __post_init__(self):
         if not all(np.isfinite(link) and link > 0 for link in (self.l1_mm, self.l2_mm)):
@@ -50,11 +57,11 @@ class TwoLinkArm:
             raise StereoLabError(f"Expected (low, high) in degrees for each of two joints; got {self.limits_deg}.")
 
     @property
-    def reach_mm(self):
+    def reach_mm(self) -> tuple[float, float]:
         """Nearest and farthest distance of the hand from the shoulder, limits left out."""
         return abs(self.l1_mm - self.l2_mm), self.l1_mm + self.l2_mm
 
-    def forward(self, angles):
+    def forward(self, angles: JointAngles) -> tuple[float | np.ndarray, float | np.ndarray]:
         """Joint angles to the place of the hand.
 
         Parameters
@@ -70,7 +77,7 @@ class TwoLinkArm:
         y_mm = self.l1_mm * np.sin(theta1) + self.l2_mm * np.sin(theta12)
         return x_mm, y_mm
 
-    def inverse(self, x_mm, y_mm, elbow="down"):
+    def inverse(self, x_mm: ArrayLike, y_mm: ArrayLike, elbow: str = "down") -> JointAngles:
         """Place of the hand to joint angles (Eq. 5 and 6 of the paper). Limits are left out.
 
         θ2 = acos((x² + y² − l1² − l2²) / (2·l1·l2))
@@ -111,7 +118,7 @@ class TwoLinkArm:
             return JointAngles(float(theta1_deg), float(theta2_deg))
         return JointAngles(theta1_deg, theta2_deg)
 
-    def solutions(self, x_mm, y_mm):
+    def solutions(self, x_mm: float, y_mm: float) -> list[JointAngles]:
         """All poses within the limits that bring the hand to one point.
 
         Returns
@@ -134,15 +141,15 @@ class TwoLinkArm:
             )
         return allowed
 
-    def within_limits(self, angles):
+    def within_limits(self, angles: JointAngles) -> bool | np.ndarray:
         """Whether joint angles are within the limits: bool, or an array of them."""
-        within = True
+        within: bool | np.ndarray = True
         for angle, (low, high) in zip((angles.theta1_deg, angles.theta2_deg), self.limits_deg, strict=True):
             angle = np.asarray(angle, float)
             within = within & (angle >= low - ANGLE_ROUNDING_DEG) & (angle <= high + ANGLE_ROUNDING_DEG)
         return bool(within) if np.ndim(within) == 0 else within
 
-    def jacobian(self, angles):
+    def jacobian(self, angles: JointAngles) -> np.ndarray:
         """How far the hand moves for each degree of each joint.
 
         Parameters
@@ -184,11 +191,17 @@ class TwoLinkArm:
 
 @dataclass(frozen=True)
 class TurretAngles:
-    """Turn of the turret about the bench's y axis, then the two joints of the arm on it, in degrees."""
+    """The three angles of a turret arm, or arrays of them.
 
-    turret_deg: float
-    theta1_deg: float
-    theta2_deg: float
+    Attributes
+    ----------
+    turret_deg : float or ndarray, the turret's turn about the bench's y axis
+    theta1_deg, theta2_deg : float or ndarray, shoulder and elbow of the arm on it
+    """
+
+    turret_deg: float | np.ndarray
+    theta1_deg: float | np.ndarray
+    theta2_deg: float | np.ndarray
 
 
 @dataclass(frozen=True)
@@ -205,9 +218,9 @@ class TurretArm:
     """
 
     plane: TwoLinkArm
-    turret_limits_deg: tuple = (-180.0, 180.0)
+    turret_limits_deg: tuple[float, float] = (-180.0, 180.0)
 
-    def forward(self, angles):
+    def forward(self, angles: TurretAngles) -> tuple[float | np.ndarray, float | np.ndarray, float | np.ndarray]:
         """Angles to the place of the hand in the bench frame.
 
         Parameters
@@ -222,7 +235,7 @@ class TurretArm:
         turret = np.radians(angles.turret_deg)
         return out_mm * np.cos(turret), y_mm, -out_mm * np.sin(turret)
 
-    def inverse(self, x_mm, y_mm, z_mm, elbow="down"):
+    def inverse(self, x_mm: ArrayLike, y_mm: ArrayLike, z_mm: ArrayLike, elbow: str = "down") -> TurretAngles:
         """Place of the hand in the bench frame to the three angles.
 
         The turret looks at the point; what is left is a point in the arm's own plane,
@@ -247,7 +260,7 @@ class TurretArm:
             return TurretAngles(float(turret_deg), pose.theta1_deg, pose.theta2_deg)
         return TurretAngles(turret_deg, pose.theta1_deg, pose.theta2_deg)
 
-    def within_limits(self, angles):
+    def within_limits(self, angles: TurretAngles) -> bool | np.ndarray:
         """Whether turret and joints are within their limits."""
         low, high = self.turret_limits_deg
         turret = np.asarray(angles.turret_deg, float)

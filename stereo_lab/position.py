@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stereo_lab.errors import StereoLabError
 
@@ -19,14 +20,20 @@ HUBER = 2.5  # standard deviations beyond which a sample counts less
 
 @dataclass(frozen=True, eq=False)
 class LineFit:
-    """y = m·v + c (Eq. 1), and x = m'·u + c' (Eq. 2): millimetres from a rectified pixel."""
+    """y = m·v + c (Eq. 1), and x = m'·u + c' (Eq. 2): millimetres from a rectified pixel.
+
+    Attributes
+    ----------
+    slope_mm_per_px, offset_mm : float, m and c
+    residuals_mm : ndarray, shape (N,), line minus sample
+    """
 
     slope_mm_per_px: float
     offset_mm: float
     residuals_mm: np.ndarray
 
     @classmethod
-    def fit(cls, pixels_N, lengths_mm_N):
+    def fit(cls, pixels_N: ArrayLike, lengths_mm_N: ArrayLike) -> LineFit:
         """The least-squares line through samples (at least two different pixels)."""
         pixels, lengths = _same_length(pixels_N, lengths_mm_N, 2)
         if np.ptp(pixels) < 1e-9:
@@ -34,21 +41,28 @@ class LineFit:
         slope, offset = np.linalg.lstsq(np.column_stack([pixels, np.ones_like(pixels)]), lengths, rcond=None)[0]
         return cls(float(slope), float(offset), slope * pixels + offset - lengths)
 
-    def predict(self, pixels):
+    def predict(self, pixels: ArrayLike) -> float | np.ndarray:
         """Millimetres for one pixel or an array of them."""
         return self.slope_mm_per_px * np.asarray(pixels, float) + self.offset_mm
 
 
 @dataclass(frozen=True, eq=False)
 class RigidFit:
-    """bench = rotation · camera + shift: points of the rectified left camera, put on the bench (mm)."""
+    """bench = rotation · camera + shift: points of the rectified left camera, put on the bench (mm).
+
+    Attributes
+    ----------
+    rotation : ndarray, shape (3, 3)
+    shift_mm : ndarray, shape (3,)
+    residuals_mm : ndarray, shape (N, 3), fit minus sample
+    """
 
     rotation: np.ndarray
     shift_mm: np.ndarray
-    residuals_mm: np.ndarray  # shape (N, 3)
+    residuals_mm: np.ndarray
 
     @classmethod
-    def fit(cls, camera_Nx3, bench_Nx3, sigma_Nx3=None):
+    def fit(cls, camera_Nx3: ArrayLike, bench_Nx3: ArrayLike, sigma_Nx3: ArrayLike | None = None) -> RigidFit:
         """The turn and shift that bring samples together.
 
         Parameters
@@ -77,7 +91,7 @@ class RigidFit:
             rotation, shift = _improve(camera, bench, sigma, rotation, shift)
         return cls(rotation, shift, camera @ rotation.T + shift - bench)
 
-    def predict(self, camera_Nx3):
+    def predict(self, camera_Nx3: ArrayLike) -> np.ndarray:
         """Points of the rectified left camera on the bench, shape (N, 3), mm."""
         return np.asarray(camera_Nx3, float).reshape(-1, 3) @ self.rotation.T + self.shift_mm
 

@@ -8,14 +8,16 @@ import math
 import os
 import re
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import platformdirs
 
 from stereo_lab.errors import RecordingError, StereoLabError
 
 
-def write_whole(path, content):
+def write_whole(path: str | Path, content: str | bytes) -> None:
     """Write ``content`` (str or bytes) to a temporary file beside ``path``, then rename it.
 
     Raises
@@ -42,12 +44,12 @@ def write_whole(path, content):
             os.remove(part)
 
 
-def write_json(path, content):
+def write_json(path: str | Path, content: object) -> None:
     """Write ``content`` as indented JSON, whole or not at all."""
     write_whole(path, json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
 
 
-def read_json(path):
+def read_json(path: str | Path) -> dict[str, Any]:
     """Read a JSON object.
 
     Raises
@@ -72,7 +74,7 @@ def read_json(path):
     return content
 
 
-def finite_number(value, where):
+def finite_number(value: Any, where: str) -> float:
     """A finite float from a number or a text; ``where`` names it in the error.
 
     Raises
@@ -89,17 +91,17 @@ def finite_number(value, where):
     return number
 
 
-def user_folder():
+def user_folder() -> Path:
     """The learner's own folder for calibrations and progress (STEREO_LAB_HOME moves it)."""
     return Path(os.environ.get("STEREO_LAB_HOME") or platformdirs.user_data_dir("stereo_lab", False))
 
 
-def natural_key(path):
+def natural_key(path: str | Path) -> list[int | str]:
     """Sort key under which ``left2`` comes before ``left10``."""
     return [int(part) if part.isdigit() else part.lower() for part in re.split(r"(\d+)", str(path))]
 
 
-def read_table(path, columns):
+def read_table(path: str | Path, columns: Sequence[str]) -> list[tuple[str, dict[str, str]]]:
     """Rows of a CSV file as ``[(where, {column: text}), …]``.
 
     A table saved by a spreadsheet with semicolons and decimal commas is read as well.
