@@ -13,12 +13,14 @@ import cv2
 
 from stereo_lab.common.files import natural_key, write_json
 from stereo_lab.errors import RecordingError
-from stereo_lab.recording.model import Ball
+from stereo_lab.recording.model import Ball, Board, Recording
 from stereo_lab.recording.opening import open_recording
 from stereo_lab.recording.pictures import PICTURES, read_image
 
 
-def import_images(left_glob, right_glob, board, out, ball=None):
+def import_images(
+    left_glob: str, right_glob: str, board: Board, out: str | Path, ball: Ball | None = None
+) -> Recording:
     """Make a recording from board pictures taken elsewhere.
 
     Parameters

@@ -15,14 +15,20 @@ from stereo_lab.recording.pictures import PICTURES, read_image
 
 @dataclass(frozen=True)
 class Board:
-    """A chessboard, told by its *inner* corners (where four squares meet)."""
+    """A chessboard, told by its *inner* corners (where four squares meet).
+
+    Attributes
+    ----------
+    columns, rows : int, of inner corners
+    square_mm : float, side of one square
+    """
 
     columns: int
     rows: int
     square_mm: float
 
     @property
-    def corners_mm(self):
+    def corners_mm(self) -> np.ndarray:
         """Inner corners on the board, row by row, shape (rows * columns, 3), z = 0."""
         grid = np.mgrid[: self.columns, : self.rows].T.reshape(-1, 2)
         return np.column_stack([grid * self.square_mm, np.zeros(len(grid))])
@@ -30,7 +36,13 @@ class Board:
 
 @dataclass(frozen=True)
 class Ball:
-    """The ball: the name of its colour and its diameter."""
+    """The ball.
+
+    Attributes
+    ----------
+    color : str, one of ``COLORS``
+    diameter_mm : float
+    """
 
     color: str
     diameter_mm: float
@@ -38,7 +50,13 @@ class Ball:
 
 @dataclass(frozen=True)
 class Position:
-    """Where the ball's centre is, on the bench: x to the right, y up, depth from the cameras."""
+    """Where the ball's centre is, on the bench.
+
+    Attributes
+    ----------
+    x_mm, y_mm : float, to the right and up
+    depth_mm : float, away from the cameras
+    """
 
     x_mm: float
     y_mm: float
@@ -47,26 +65,34 @@ class Position:
 
 @dataclass(frozen=True)
 class StereoPair:
-    """Two pictures of one moment, read from their files each time they are asked for."""
+    """Two pictures of one moment, read from their files each time they are asked for.
+
+    Attributes
+    ----------
+    name : str, of both files, without ending
+    left_path, right_path : Path; no right one where the left camera was alone
+    image_size : (width, height) that the pictures must have, or None for any
+    grey_allowed : bool, whether grey pictures are taken as well
+    """
 
     name: str
     left_path: Path
     right_path: Path | None = None
-    image_size: tuple | None = None
+    image_size: tuple[int, int] | None = None
     grey_allowed: bool = False
 
     @property
-    def set_name(self):
+    def set_name(self) -> str:
         """The set it belongs to: the name of the folder above left and right."""
         return self.left_path.parent.parent.name
 
     @property
-    def left(self):
+    def left(self) -> np.ndarray:
         """The left picture, BGR, shape (height, width, 3)."""
         return self._read(self.left_path)
 
     @property
-    def right(self):
+    def right(self) -> np.ndarray:
         """The right picture, BGR, shape (height, width, 3)."""
         if self.right_path is None:
             raise RecordingError(f"{self.left_path} was taken with the left camera alone: it has no right picture.")
@@ -86,7 +112,15 @@ class StereoPair:
 
 @dataclass(frozen=True)
 class Sample:
-    """A pair with the ball at a measured place; ``truth`` is known in rendered recordings alone."""
+    """A pair with the ball at a measured place.
+
+    Attributes
+    ----------
+    pair : StereoPair
+    measured : Position, by the ruler
+    truth : Position, the exact place; known in rendered recordings alone
+    use : str, what measured.csv says it is for: "fit", "check", "plane", "volume" or nothing
+    """
 
     pair: StereoPair
     measured: Position
@@ -94,19 +128,35 @@ class Sample:
     use: str
 
     @property
-    def reference(self):
+    def reference(self) -> Position:
         """Where the ball is, as well as is known: the exact place, or the measured one on a camera recording."""
         return self.truth or self.measured
 
 
 @dataclass(frozen=True)
 class Recording:
-    """An opened recording; see :func:`open_recording`."""
+    """An opened recording; see :func:`open_recording`.
+
+    Attributes
+    ----------
+    path : Path of its folder
+    title : str
+    made_by : str, "camera" or "render"
+    image_size : (width, height), px
+    frame_rate : float, pairs a second
+    board : Board
+    ball : Ball
+    arm : TwoLinkArm
+    arm_depth_mm : float, depth of the plane of the arm
+    arm_is_shipped : bool, whether the shipped bench's arm stands in for one that is not named
+    calibrated_by : str, name of the recording beside it that has the boards; None: its own
+    truth : dict, what truth.json says
+    """
 
     path: Path
     title: str
     made_by: str
-    image_size: tuple
+    image_size: tuple[int, int]
     frame_rate: float
     board: Board
     ball: Ball
@@ -117,20 +167,21 @@ class Recording:
     truth: dict = field(default_factory=dict, repr=False)
 
     @property
-    def name(self):
+    def name(self) -> str:
+        """Name of its folder."""
         return self.path.name
 
     @property
-    def rendered(self):
+    def rendered(self) -> bool:
         """True where the pictures come from a renderer and not from cameras."""
         return self.made_by == "render"
 
     @property
-    def sets(self):
+    def sets(self) -> list[str]:
         """Names of the sets of pictures there are."""
         return sorted(p.parent.name for p in self.path.glob("*/left") if p.is_dir())
 
-    def pairs(self, set_name):
+    def pairs(self, set_name: str) -> tuple[StereoPair, ...]:
         """The pairs of one set, in the order of their names, pictures unread.
 
         A set without a folder ``right`` was taken with the left camera alone.
@@ -153,7 +204,7 @@ class Recording:
         grey = set_name == "calibration"
         return tuple(StereoPair(n, left[n], right.get(n), self.image_size, grey) for n in left)
 
-    def samples(self, set_name):
+    def samples(self, set_name: str) -> tuple[Sample, ...]:
         """The measured pairs of one set: a tuple of :class:`Sample`.
 
         Raises
@@ -172,23 +223,23 @@ class Recording:
             samples.append(Sample(pair, measured, truth, (row.get("use") or "").strip()))
         return tuple(samples)
 
-    def has_samples(self, set_name):
+    def has_samples(self, set_name: str) -> bool:
         """Whether a set has pictures and a table of what was measured."""
         return set_name in self.sets and (self.path / set_name / "measured.csv").is_file()
 
     @property
-    def has_boards(self):
+    def has_boards(self) -> bool:
         """Whether there are boards to calibrate on, its own or those of the recording that calibrated_by names."""
         return "calibration" in self.sets or bool(self.calibrated_by)
 
     @property
-    def ball_sets(self):
+    def ball_sets(self) -> list[str]:
         """Names of the sets that show the ball, single pictures first."""
         order = ("snaps", "evaluation", "position", "depth", "track")
         names = [name for name in self.sets if name != "calibration"]
         return sorted(names, key=lambda name: order.index(name) if name in order else len(order))
 
-    def judges(self, use=None):
+    def judges(self, use: str | None = None) -> tuple[Sample, ...]:
         """The samples that a model is judged by: no model may be fitted on them.
 
         The evaluation set; where there is none, the check samples: those of position stand for the arm's
@@ -215,7 +266,7 @@ class Recording:
             )
         return tuple(s for s in found if use is None or s.use == use)
 
-    def true_ball(self, set_name, name):
+    def true_ball(self, set_name: str, name: str) -> dict | None:
         """The entry of truth.json for one frame with a ball in it, or None."""
         entry = self.truth.get("sets", {}).get(set_name, {}).get(name)
         return entry if entry and entry.get("ball") is not None else None

@@ -14,7 +14,7 @@ REPOSITORY = Path(__file__).resolve().parent.parent.parent
 COLORS = ("red", "orange", "yellow", "green", "blue")
 
 
-def open_recording(path=None):
+def open_recording(path: str | Path | None = None) -> Recording:
     """Open a recording.
 
     Parameters

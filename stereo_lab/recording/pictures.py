@@ -12,7 +12,7 @@ from stereo_lab.errors import RecordingError
 PICTURES = (".jpg", ".jpeg", ".png")
 
 
-def read_image(path, grey_allowed=False):
+def read_image(path: str | Path, grey_allowed: bool = False) -> np.ndarray:
     """Read one picture as BGR, shape (height, width, 3), uint8.
 
     Raises
