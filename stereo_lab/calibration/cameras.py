@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stereo_lab.common.files import finite_number, read_json, write_json
 from stereo_lab.errors import CalibrationError, StereoLabError
@@ -19,9 +22,27 @@ class StereoCalibration:
     """Two calibrated cameras and how good the calibration is.
 
     A point X in the left camera's frame (mm) is ``rotation @ X + translation_mm`` in the right one's.
+
+    Attributes
+    ----------
+    image_size : (width, height), px
+    left_matrix, right_matrix : ndarray, shape (3, 3), px
+    left_distortion, right_distortion : ndarray, as ``cv2.calibrateCamera`` orders it
+    rotation, translation_mm : ndarray, shapes (3, 3) and (3,)
+    rms_px, left_rms_px, right_rms_px : float, reprojection error of both together, and of each camera alone
+    vertical_error_px : float, mean row difference after rectification
+    heldout_vertical_error_px, heldout_length_error_percent : float, on pairs that the fit has not seen; None with few
+    focal_sigma_percent : float, standard deviation of the worse focal length
+    board_bend_mm : float, how far the board is from flat
+    lens : str, name of the lens model
+    pairs, found : int, pairs there are, and pairs with the whole board in both pictures
+    used : names of the pairs used
+    dropped : (name, why) of the others
+    verdict, reasons : "good", "usable" or "poor", and why in sentences
+    made_from : str, key of the pictures and the solver; see store.py
     """
 
-    image_size: tuple
+    image_size: tuple[int, int]
     left_matrix: np.ndarray
     left_distortion: np.ndarray
     right_matrix: np.ndarray
@@ -39,24 +60,24 @@ class StereoCalibration:
     lens: str
     pairs: int
     found: int
-    used: tuple
-    dropped: tuple
+    used: tuple[str, ...]
+    dropped: tuple[tuple[str, str], ...]
     verdict: str = "poor"
-    reasons: tuple = ()
-    made_from: str = ""  # key of the pictures and the solver; see store.py
+    reasons: tuple[str, ...] = ()
+    made_from: str = ""
 
     @property
-    def baseline_mm(self):
+    def baseline_mm(self) -> float:
         """Distance between the two optical centres."""
         return float(np.linalg.norm(self.translation_mm))
 
     @property
-    def focal_px(self):
+    def focal_px(self) -> float:
         """Focal length of the rectified pair."""
         return float(self._rectified["left"][1][0, 0])
 
     @property
-    def center_px(self):
+    def center_px(self) -> tuple[float, float]:
         """Principal point (c_u, c_v) of the rectified pair: the pixel that looks straight ahead."""
         projection = self._rectified["left"][1]
         return float(projection[0, 2]), float(projection[1, 2])
@@ -86,11 +107,11 @@ class StereoCalibration:
             for side in ("left", "right")
         }
 
-    def camera(self, side):
+    def camera(self, side: str) -> tuple[np.ndarray, np.ndarray]:
         """Matrix (3, 3) and distortion of one camera, ``side`` "left" or "right"."""
         return getattr(self, f"{side}_matrix"), getattr(self, f"{side}_distortion")
 
-    def rectify(self, left, right):
+    def rectify(self, left: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Both pictures with their rows made to match.
 
         Parameters
@@ -112,7 +133,7 @@ class StereoCalibration:
         self.check_size(image)
         return cv2.remap(image, *self._maps[side], cv2.INTER_LINEAR)
 
-    def check_size(self, image):
+    def check_size(self, image: np.ndarray) -> None:
         """Raise CalibrationError if ``image`` is not of the calibrated size."""
         size = image.shape[1::-1]
         if size != tuple(self.image_size):
@@ -121,24 +142,33 @@ class StereoCalibration:
                 f"this one is {size[0]}x{size[1]}. Calibrate these cameras at this size."
             )
 
-    def rectify_points(self, points_Nx2, side):
+    def rectify_points(self, points_Nx2: ArrayLike, side: str) -> np.ndarray:
         """Raw pixels of one camera to rectified pixels, shape (N, 2) (``cv2.undistortPoints``)."""
         points = np.asarray(points_Nx2, float).reshape(-1, 1, 2)
         rotation, projection = self._rectified[side]
         return cv2.undistortPoints(points, *self.camera(side), R=rotation, P=projection, criteria=EXACT).reshape(-1, 2)
 
-    def unrectify_points(self, points_Nx2, side):
+    def unrectify_points(self, points_Nx2: ArrayLike, side: str) -> np.ndarray:
         """Rectified pixels of one camera back to raw pixels, shape (N, 2) (``cv2.projectPoints``)."""
         points = np.asarray(points_Nx2, float).reshape(-1, 2)
         rotation, projection = self._rectified[side]
         rays = np.column_stack([points, np.ones(len(points))]) @ np.linalg.inv(projection[:, :3]).T @ rotation
         return cv2.projectPoints(rays.reshape(-1, 1, 3), np.zeros(3), np.zeros(3), *self.camera(side))[0].reshape(-1, 2)
 
-    def rectify_centers(self, left, right):
-        """Centres of a pair of detections in rectified pixels: (u, v) of the left one, (u, v) of the right one."""
+    def rectify_centers(self, left: Any, right: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Centres of a pair of detections in rectified pixels.
+
+        Parameters
+        ----------
+        left, right : Detection, or anything else with ``center_px``, in raw pixels
+
+        Returns
+        -------
+        (u, v) of the left one, (u, v) of the right one
+        """
         return tuple(self.rectify_points([d.center_px], side)[0] for d, side in ((left, "left"), (right, "right")))
 
-    def triangulate(self, left_Nx2, right_Nx2):
+    def triangulate(self, left_Nx2: ArrayLike, right_Nx2: ArrayLike) -> np.ndarray:
         """Rectified pixels of both cameras to points in the rectified left frame.
 
         Z = f·B / (u_left − u_right), X = (u − c_x)·Z/f, Y = (v − c_y)·Z/f.
@@ -160,11 +190,11 @@ class StereoCalibration:
         row = (left[:, 1] + right[:, 1]) / 2
         return np.column_stack([(left[:, 0] - p1[0, 2]) * depth / focal, (row - p1[1, 2]) * depth / focal, depth])
 
-    def depth_per_px(self, depth_mm):
+    def depth_per_px(self, depth_mm: float | np.ndarray) -> float | np.ndarray:
         """Millimetres of depth that one pixel of disparity is worth there: Z² / (f·B)."""
         return depth_mm**2 / (self.focal_px * self.baseline_mm)
 
-    def facts(self):
+    def facts(self) -> dict[str, Any]:
         """What ``stereo-lab calibrate --json`` tells."""
         return {
             "pairs": self.pairs,
@@ -186,7 +216,7 @@ class StereoCalibration:
             "reasons": list(self.reasons),
         }
 
-    def save(self, path):
+    def save(self, path: str | Path) -> None:
         """Write everything to a JSON file, whole or not at all."""
         content = {"format": 1, "made_from": self.made_from, "image_size": list(self.image_size)}
         for key in ARRAYS:
@@ -195,7 +225,7 @@ class StereoCalibration:
         write_json(path, {**content, **self.facts()})
 
     @classmethod
-    def load(cls, path):
+    def load(cls, path: str | Path) -> StereoCalibration:
         """Read what :meth:`save` wrote.
 
         Raises
@@ -205,12 +235,13 @@ class StereoCalibration:
         """
         try:
             facts = read_json(path)
+            fields: dict[str, Any] = {key: _array(facts[key], shape, key) for key, shape in ARRAYS.items()}
+            fields |= {key: finite_number(facts[key], key) for key in NUMBERS}
+            fields |= {key: None if facts[key] is None else finite_number(facts[key], key) for key in NUMBERS_OR_NONE}
+            fields |= {key: str(facts[key]) for key in WORDS}
             return cls(
                 image_size=_size(facts["image_size"]),
-                **{key: _array(facts[key], shape, key) for key, shape in ARRAYS.items()},
-                **{key: finite_number(facts[key], key) for key in NUMBERS},
-                **{key: None if facts[key] is None else finite_number(facts[key], key) for key in NUMBERS_OR_NONE},
-                **{key: str(facts[key]) for key in WORDS},
+                **fields,
                 pairs=int(finite_number(facts["pairs"], "pairs")),
                 found=int(finite_number(facts["pairs_found"], "pairs_found")),
                 used=tuple(map(str, facts["used"])),

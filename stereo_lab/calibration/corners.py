@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import cv2
 import numpy as np
 
 from stereo_lab.errors import CalibrationError
+from stereo_lab.recording import Board, StereoPair
 
 CLASSIC = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 SECTOR = cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY
@@ -14,7 +17,7 @@ SADDLE_OF_SQUARE = 0.2  # radius of the saddle fit, as a part of the square
 STEPS = 8
 
 
-def find_corners(image, board, finders=None):
+def find_corners(image: np.ndarray, board: Board, finders: Sequence[Callable] | None = None) -> np.ndarray | None:
     """Inner corners of a chessboard, to about a twentieth of a pixel.
 
     ``cv2.findChessboardCorners`` first and ``cv2.findChessboardCornersSB`` where it fails; then a
@@ -151,15 +154,15 @@ def _one_order(grey, corners, board):
     return np.ascontiguousarray(corners[::-1]) if turned else corners
 
 
-def match_order(left, right, board):
+def match_order(left: np.ndarray, right: np.ndarray, board: Board) -> np.ndarray:
     """The right camera's corners in the order of the left one's (the cameras stand upright, side by side)."""
     across = (left[-1] - left[0]) @ (right[-1] - right[0])
     return right if across > 0 else np.ascontiguousarray(right[::-1])
 
 
-def check_board_size(pairs, board):
+def check_board_size(pairs: Sequence[StereoPair], board: Board) -> None:
     """Raise CalibrationError that names the board's real size, if another size fits most pictures."""
-    tries = {}
+    tries: dict[tuple[int, int], int] = {}
     shown = list(pairs)[:: max(1, len(pairs) // 3)][:3]
     for pair in shown:
         for size in _neighbours(board):

@@ -8,11 +8,12 @@ angles and of one length; that is two conditions on the camera for each picture.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stereo_lab.errors import StereoLabError
 
 
-def find_homography(board_Nx2, pixels_Nx2):
+def find_homography(board_Nx2: ArrayLike, pixels_Nx2: ArrayLike) -> np.ndarray:
     """The 3x3 matrix that takes board points to pixels, by least squares (``cv2.findHomography`` does the same).
 
     Each point gives two linear equations for the nine entries; the solution is the direction that
@@ -45,14 +46,14 @@ def find_homography(board_Nx2, pixels_Nx2):
     return homography / homography[2, 2]
 
 
-def apply(homography, points_Nx2):
+def apply(homography: np.ndarray, points_Nx2: ArrayLike) -> np.ndarray:
     """Points through a homography, shape (N, 2)."""
     points = np.asarray(points_Nx2, float)
     lifted = np.column_stack([points, np.ones(len(points))]) @ homography.T
     return lifted[:, :2] / lifted[:, 2:]
 
 
-def focal_from_homography(homography, center_px):
+def focal_from_homography(homography: ArrayLike, center_px: tuple[float, float]) -> float | None:
     """Focal length in px from one picture, with square pixels and a known principal point.
 
     The board's two edges are at right angles, h1ᵀ·W·h2 = 0, where W = diag(1/f², 1/f², 1) after the

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import cv2
@@ -21,13 +22,16 @@ from stereo_lab.calibration.solver import (
 from stereo_lab.calibration.verdict import verdict_on
 from stereo_lab.common.threads import one_thread
 from stereo_lab.errors import CalibrationError
+from stereo_lab.recording import Board, StereoPair
 
 OTHER_MOMENT = "the two pictures do not match: were they taken at the same moment?"
 PLACES = 3  # of px and mm; what two computers reckon differently lies far behind them
 STILL = 0.01  # of the picture's width: a board that moves less does not move
 
 
-def calibrate_stereo(pairs, board, progress=None):
+def calibrate_stereo(
+    pairs: Sequence[StereoPair], board: Board, progress: Callable[[int, int], object] | None = None
+) -> StereoCalibration:
     """Calibrate two cameras from pairs of pictures of a chessboard.
 
     Parameters

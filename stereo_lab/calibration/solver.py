@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
 from stereo_lab.errors import CalibrationError
+from stereo_lab.recording import Board
 
 SOLVER = 2  # counts up whenever the same boards give another calibration: those kept are then made anew
 LENSES = {"brown": 0, "thin prism": cv2.CALIB_THIN_PRISM_MODEL}
@@ -21,7 +23,13 @@ APART_PX, APART = 8.0, 6.0  # at least, and times the median: two pictures of tw
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """The corners of one pair."""
+    """The corners of one pair.
+
+    Attributes
+    ----------
+    name : str, of the pair
+    left, right : ndarray, shape (corners, 2), px
+    """
 
     name: str
     left: np.ndarray
@@ -30,7 +38,18 @@ class View:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """One solution: the cameras, the board's shape and the error of each pair."""
+    """One solution.
+
+    Attributes
+    ----------
+    k1, d1, k2, d2 : ndarray, matrix and distortion of the left and of the right camera
+    rotation, translation : ndarray, shapes (3, 3) and (3,), from left to right, mm
+    rms : float, px, over both cameras
+    errors : ndarray, shape (pairs, 2), px
+    shape : ndarray, shape (corners, 3), mm: the board as it really is
+    sides : RMS of each camera calibrated alone
+    focal_sigma : float, standard deviation of the worse focal length, in percent
+    """
 
     k1: np.ndarray
     d1: np.ndarray
@@ -39,13 +58,13 @@ class Fit:
     rotation: np.ndarray
     translation: np.ndarray
     rms: float
-    errors: np.ndarray  # (pairs, 2), px
-    shape: np.ndarray  # (corners, 3), mm
-    sides: tuple  # RMS of each camera calibrated alone
+    errors: np.ndarray
+    shape: np.ndarray
+    sides: tuple[float, float]
     focal_sigma: float
 
 
-def same_moment(views, board, size):
+def same_moment(views: Sequence[View], board: Board, size: tuple[int, int]) -> np.ndarray:
     """For each pair, whether its two pictures can be of one moment: shape (pairs,) of bool.
 
     Each camera alone tells where the board is. From the left camera's word and the middle of all pairs'
@@ -66,8 +85,8 @@ def same_moment(views, board, size):
     for turned, place, seen in zip(turns[0], solved[0][3], right, strict=True):
         told = cv2.projectPoints(flat, cv2.Rodrigues(turn @ turned)[0], turn @ place + shift, *solved[1][:2])[0]
         errors.append(np.linalg.norm(told.reshape(-1, 2) - seen, axis=1).mean())
-    errors = np.array(errors)
-    return errors < np.maximum(APART_PX, APART * np.median(errors))
+    apart = np.array(errors)
+    return apart < np.maximum(APART_PX, APART * np.median(apart))
 
 
 def _fit_without_outliers(views, board, size, lens):
@@ -88,7 +107,7 @@ def _fit(views, board, size, lens):
     left, right = [v.left for v in views], [v.right for v in views]
     try:
         sides = [_calibrate_alone(flat, points, size, lens) for points in (left, right)]
-        k1, d1, k2, d2 = *sides[0][1:3], *sides[1][1:3]
+        (k1, d1), (k2, d2) = (side[1:3] for side in sides)
         shape = flat
         for _ in range(SHAPE_ROUNDS):
             solved = cv2.stereoCalibrateExtended(
@@ -147,7 +166,8 @@ def _similar(points, target):
     return scale * a @ (u @ mirror @ vt) + target.mean(0)
 
 
-def check_sides(fit):
+def check_sides(fit: Fit) -> None:
+    """Raise CalibrationError if the cameras stand one above the other, or left and right are swapped."""
     x, y, _ = fit.translation
     if abs(y) > abs(x):
         raise CalibrationError("One camera stands above the other. Put them side by side.")
@@ -158,7 +178,9 @@ def check_sides(fit):
         )
 
 
-def choose_lens(views, board, size):
+def choose_lens(
+    views: Sequence[View], board: Board, size: tuple[int, int]
+) -> tuple[str, Fit, list[int], tuple[float | None, float | None]]:
     """The lens model that tells unseen pairs best: (name, fit, kept views, errors on unseen pairs)."""
     best = None
     for name, lens in LENSES.items():
@@ -169,7 +191,7 @@ def choose_lens(views, board, size):
         # A richer model must earn its place: a tenth better, or the plain one stays.
         if best is None or np.prod(errors) < 0.9 * np.prod(best[3]):
             best = name, fit, kept, errors
-    return best
+    return best  # type: ignore[return-value]  # there is a lens, so there is a best one
 
 
 def _heldout_errors(views, kept, board, size, lens):
@@ -185,7 +207,7 @@ def _heldout_errors(views, kept, board, size, lens):
     return tuple(float(e) for e in np.mean(errors, 0))
 
 
-def folds(count):
+def folds(count: int) -> list[list[int]]:
     """The numbers 0 to count - 1, shuffled once and for all and dealt out to FOLDS heaps.
 
     Boards that follow each other are often alike: dealt out in their order, a heap would hold all of one kind.
@@ -194,7 +216,7 @@ def folds(count):
     return [shuffled[fold::FOLDS] for fold in range(FOLDS)]
 
 
-def unseen_errors(fit, view, board, size):
+def unseen_errors(fit: Fit, view: View, board: Board, size: tuple[int, int]) -> tuple[float, float]:
     """Mean |Δv| after rectification (px) and mean error of the two diagonals of the board (%)."""
     rectified = cv2.stereoRectify(
         fit.k1, fit.d1, fit.k2, fit.d2, size, fit.rotation, fit.translation.reshape(3, 1), alpha=0
@@ -210,7 +232,7 @@ def unseen_errors(fit, view, board, size):
     return np.abs(left[:, 1] - right[:, 1]).mean(), 100 * np.abs(np.array(lengths) / diagonal - 1).mean()
 
 
-def why_dropped(fit, view, board, size):
+def why_dropped(fit: Fit, view: View, board: Board, size: tuple[int, int]) -> str:
     """In words, why a pair does not fit the others."""
     alone = []
     for points, matrix, distortion in ((view.left, fit.k1, fit.d1), (view.right, fit.k2, fit.d2)):

@@ -7,6 +7,7 @@ the pictures, the board and the solver: where one of these has changed, the cali
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import replace
 
 from stereo_lab.calibration.cameras import StereoCalibration
@@ -14,12 +15,14 @@ from stereo_lab.calibration.recipe import calibrate_stereo
 from stereo_lab.calibration.solver import SOLVER
 from stereo_lab.common.files import user_folder
 from stereo_lab.errors import CalibrationError, RecordingError, StereoLabError
-from stereo_lab.recording import open_recording
+from stereo_lab.recording import Recording, open_recording
 
 BROUGHT, KEPT, MADE = "it came with the recording", "kept from an earlier run", "made just now"
 
 
-def calibrate_recording(recording, progress=None):
+def calibrate_recording(
+    recording: Recording, progress: Callable[[int, int], object] | None = None
+) -> StereoCalibration:
     """The calibration of a recording: the one it brings, the one kept from before, or a new one.
 
     Parameters
@@ -39,7 +42,9 @@ def calibrate_recording(recording, progress=None):
     return find_calibration(recording, progress)[0]
 
 
-def find_calibration(recording, progress=None):
+def find_calibration(
+    recording: Recording, progress: Callable[[int, int], object] | None = None
+) -> tuple[StereoCalibration, str]:
     """The same, and where it comes from: BROUGHT, KEPT or MADE."""
     recording = boards_of(recording)
     pairs = recording.pairs("calibration")
@@ -51,7 +56,7 @@ def find_calibration(recording, progress=None):
     return calibrate_anew(recording, progress), MADE
 
 
-def calibrate_anew(recording, progress=None):
+def calibrate_anew(recording: Recording, progress: Callable[[int, int], object] | None = None) -> StereoCalibration:
     """Do the work even where a calibration is at hand; the result is kept in the user's folder."""
     recording = boards_of(recording)
     pairs = recording.pairs("calibration")
@@ -64,7 +69,7 @@ def calibrate_anew(recording, progress=None):
     return result
 
 
-def boards_of(recording):
+def boards_of(recording: Recording) -> Recording:
     """The recording whose boards are used: itself, or the one beside it that ``calibrated_by`` names."""
     passed = [recording.name]
     while recording.calibrated_by:

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
+
+from stereo_lab.calibration.cameras import StereoCalibration
+from stereo_lab.recording import Board
 
 FEW, ENOUGH = 6, 10  # pairs
 GOOD_MM, USABLE_MM = 3.0, 10.0  # depth error that the calibration alone brings, at 1 m
@@ -14,7 +19,9 @@ PLAUSIBLE_SQUARE_MM = (4.0, 250.0)
 UNITS = ((10.0, "centimetres"), (1000.0, "metres"), (25.4, "inches"), (0.1, "tenths of a millimetre"))
 
 
-def verdict_on(calibration, board, corners):
+def verdict_on(
+    calibration: StereoCalibration, board: Board, corners: Sequence[tuple[np.ndarray, np.ndarray]]
+) -> tuple[str, tuple[str, ...]]:
     """What a calibration is worth.
 
     Parameters
@@ -37,7 +44,7 @@ def verdict_on(calibration, board, corners):
     return ("good", "usable", "poor")[grade], tuple(reasons)
 
 
-def depth_error_mm(calibration, depth_mm=1000.0):
+def depth_error_mm(calibration: StereoCalibration, depth_mm: float = 1000.0) -> float:
     """Depth error at one distance: rows that miss each other, and lengths that are off.
 
     A rectified row error of |Δv| comes with a disparity error of the same size; a length error of p
@@ -91,7 +98,7 @@ def _doubts(calibration, board, corners):
     yield from _unit_doubts(calibration, board)
 
 
-def coverage(corners, image_size):
+def coverage(corners: Sequence[tuple[np.ndarray, np.ndarray]], image_size: tuple[int, int]) -> float:
     """Part of the picture, 0..1, that the boards cover; the worse camera counts."""
     parts = []
     for side in (0, 1):
