@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import cv2
@@ -28,16 +29,17 @@ class BallColor:
 
     Attributes
     ----------
+    name : str, "learned" for one from samples
     ranges : tuple of (lower, upper), each (H, L, S) as in OpenCV
     table : ndarray, shape (32, 32, 32), uint8, indexed by B, G, R divided by 8
     """
 
     name: str
-    ranges: tuple
+    ranges: tuple[tuple[tuple[int, ...], tuple[int, ...]], ...]
     table: np.ndarray = field(repr=False)
 
     @classmethod
-    def named(cls, name):
+    def named(cls, name: str) -> BallColor:
         """One of red, orange, yellow, green, blue.
 
         Raises
@@ -53,7 +55,7 @@ class BallColor:
         return cls(name, ranges, _table_from_hue(HUES[name]))
 
     @classmethod
-    def from_samples(cls, images, circles):
+    def from_samples(cls, images: Sequence[np.ndarray], circles: Sequence[Sequence[float]]) -> BallColor:
         """Learn a colour from a few pictures in which the ball is marked.
 
         The table tells, for every colour, which share of the pixels of that colour lies on a ball.
@@ -85,13 +87,13 @@ class BallColor:
         ball, rest = np.concatenate(inside), np.concatenate(outside)
         return cls("learned", _hls_ranges(ball), _table_from_pixels(ball, rest))
 
-    def mask(self, image):
+    def mask(self, image: np.ndarray) -> np.ndarray:
         """255 where the pixel lies between the paper's HLS bounds, else 0; shape (height, width)."""
         hls = cv2.cvtColor(image, cv2.COLOR_BGR2HLS)
         masks = [cv2.inRange(hls, np.array(low), np.array(high)) for low, high in self.ranges]
         return np.bitwise_or.reduce(masks)
 
-    def likeness(self, image):
+    def likeness(self, image: np.ndarray) -> np.ndarray:
         """How ball-like each pixel's colour is, 0…255, shape (height, width)."""
         index = (image >> 3).astype(np.uint16)
         return self.table.ravel()[(index[..., 0] << 10) | (index[..., 1] << 5) | index[..., 2]]

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from stereo_lab.detection.color import BallColor
 from stereo_lab.detection.curves import best_circle, fit_circle, fit_cone, fit_ellipse, to_rays, trust
 from stereo_lab.detection.edges import color_edge, edge_points
+from stereo_lab.detection.model import Camera
 from stereo_lab.detection.search import SURELY, blob_circles, least_radius, small_copies, voted_circles
 
 MOST_PASSES = 6
@@ -29,9 +31,17 @@ LEAST_SHADE = 0.12  # a ball is lighter on one side; a printed disc is flat
 
 @dataclass(frozen=True)
 class Round:
-    """A round thing: centre and radius in px, how much of its rim and inside agrees, and a score."""
+    """A round thing.
 
-    center: tuple
+    Attributes
+    ----------
+    center, radius_px : (u, v) and float, where the ball is and how large, px of the whole picture
+    support, fill : float, 0…1, which part of its rim agrees, and which of its inside has the ball's colour
+    shade : float, how much its brightness changes across it
+    score : float, 0…1; a ball has ``BALL`` or more
+    """
+
+    center: tuple[float, float]
     radius_px: float
     support: float
     fill: float
@@ -39,7 +49,10 @@ class Round:
     score: float
 
 
-def find_balls(image, color, camera=None, offset=(0, 0), enough=CLEAN):
+def find_balls(
+    image: np.ndarray, color: BallColor, camera: Camera | None = None,
+    offset: tuple[int, int] = (0, 0), enough: float = CLEAN,
+) -> list[Round]:  # fmt: skip
     """All round things of a colour that may be a ball, best first; those with a score of BALL or more are.
 
     Parameters
@@ -54,7 +67,7 @@ def find_balls(image, color, camera=None, offset=(0, 0), enough=CLEAN):
     -------
     list of Round, in pixels of the whole picture
     """
-    seen = []
+    seen: list[Round] = []
     for copy in small_copies(image, color):
         for circles in (blob_circles, voted_circles):
             sift = circles is voted_circles  # there are many, and most of them are nothing
@@ -113,7 +126,10 @@ def _distinct(balls):
     return kept
 
 
-def measure(image, circle, color, camera=None, offset=(0, 0), sift=False):
+def measure(
+    image: np.ndarray, circle: tuple[float, float, float], color: BallColor, camera: Camera | None = None,
+    offset: tuple[int, int] = (0, 0), sift: bool = False,
+) -> Round | None:  # fmt: skip
     """Follow the edge of one round thing and judge it: a :class:`Round`, or None.
 
     First where the *ball's colour* ends, which marbling and shade do not disturb; then, from there,

@@ -11,31 +11,49 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
+
+from stereo_lab.detection.model import Camera
 
 
 @dataclass(frozen=True)
 class Circle:
-    """A circle; what a far, central ball looks like."""
+    """A circle; what a far, central ball looks like.
+
+    Attributes
+    ----------
+    u, v, radius_px : float, its centre and radius
+    """
 
     u: float
     v: float
     radius_px: float
 
     @property
-    def center(self):
+    def center(self) -> tuple[float, float]:
+        """(u, v)."""
         return self.u, self.v
 
     @property
-    def ball_radius_px(self):
+    def ball_radius_px(self) -> float:
+        """Radius of the ball: that of the circle."""
         return self.radius_px
 
-    def residuals(self, points):
+    def residuals(self, points: np.ndarray) -> np.ndarray:
+        """How far points, shape (N, 2), lie outside it, px."""
         return np.hypot(points[:, 0] - self.u, points[:, 1] - self.v) - self.radius_px
 
 
 @dataclass(frozen=True)
 class Ellipse:
-    """An ellipse: semi-axes a, b in px and the direction of a in radians."""
+    """An ellipse.
+
+    Attributes
+    ----------
+    u, v : float, its middle
+    a, b : float, semi-axes, px
+    angle : float, direction of a, radians
+    """
 
     u: float
     v: float
@@ -44,22 +62,27 @@ class Ellipse:
     angle: float
 
     @property
-    def center(self):
+    def center(self) -> tuple[float, float]:
+        """(u, v) of its middle, which is near the ball's centre."""
         return self.u, self.v
 
     @property
-    def radius_px(self):
+    def radius_px(self) -> float:
+        """Radius of the circle of the same area."""
         return float(np.sqrt(self.a * self.b))
 
     @property
-    def ball_radius_px(self):
+    def ball_radius_px(self) -> float:
+        """Radius of the ball: the shorter semi-axis, for perspective stretches the other one."""
         return min(self.a, self.b)
 
     @property
-    def aspect(self):
+    def aspect(self) -> float:
+        """Longer axis by the shorter one."""
         return max(self.a, self.b) / max(min(self.a, self.b), 1e-9)
 
-    def residuals(self, points):
+    def residuals(self, points: np.ndarray) -> np.ndarray:
+        """How far points, shape (N, 2), lie outside it, px."""
         c, s = np.cos(self.angle), np.sin(self.angle)
         d = points - [self.u, self.v]
         along, across = (d @ [c, s]) / self.a, (d @ [-s, c]) / self.b
@@ -68,38 +91,51 @@ class Ellipse:
 
 @dataclass(frozen=True, eq=False)
 class Cone:
-    """A cone of rays: unit axis, half angle; seen through one camera."""
+    """A cone of rays, seen through one camera.
+
+    Attributes
+    ----------
+    axis : ndarray, shape (3,), unit vector towards the ball's centre
+    half_angle : float, radians
+    camera : (matrix, distortion)
+    offset : (x, y) of the window's first pixel in the picture
+    u, v : float, where the axis meets the window, px
+    """
 
     axis: np.ndarray
     half_angle: float
-    camera: tuple
-    offset: tuple
+    camera: Camera
+    offset: tuple[int, int]
     u: float
     v: float
 
     @property
-    def center(self):
+    def center(self) -> tuple[float, float]:
+        """(u, v) of the ball's centre, where the axis meets the picture."""
         return self.u, self.v
 
     @property
-    def ball_radius_px(self):
+    def ball_radius_px(self) -> float:
+        """Radius that the ball would have in the middle of the picture."""
         return float(self.camera[0][0, 0] * np.tan(self.half_angle))
 
     @property
-    def radius_px(self):
+    def radius_px(self) -> float:
+        """Radius of the circle of about the same area as its picture."""
         return self.ball_radius_px / float(self.axis[2]) ** 1.5
 
-    def residuals(self, points):
+    def residuals(self, points: np.ndarray) -> np.ndarray:
+        """How far raw pixels, shape (N, 2), lie outside it, px."""
         return self.ray_residuals(to_rays(points, self.camera, self.offset))
 
-    def ray_residuals(self, rays):
+    def ray_residuals(self, rays: np.ndarray) -> np.ndarray:
         """The same for unit vectors, shape (N, 3); in px."""
         cosine = rays @ self.axis
         slope = np.sqrt(np.clip(1 - cosine**2, 0, None)) / cosine
         return (np.arctan(slope) - self.half_angle) * self.camera[0][0, 0] / float(self.axis[2]) ** 1.5
 
 
-def to_rays(points, camera, offset=(0, 0)):
+def to_rays(points: ArrayLike, camera: Camera, offset: tuple[int, int] = (0, 0)) -> np.ndarray:
     """Unit vectors from the camera through raw pixels, shape (N, 3)."""
     matrix, distortion = camera
     pixels = (np.asarray(points, float) + offset).reshape(-1, 1, 2)
@@ -108,7 +144,7 @@ def to_rays(points, camera, offset=(0, 0)):
     return rays / np.linalg.norm(rays, axis=1, keepdims=True)
 
 
-def fit_cone(rays, camera, offset, weights):
+def fit_cone(rays: np.ndarray, camera: Camera, offset: tuple[int, int], weights: np.ndarray) -> Cone | None:
     """The cone whose surface holds the rays: a·ray = cos α, solved for a / cos α by least squares."""
     scaled = _least_squares(rays, np.ones(len(rays)), weights)
     length = np.linalg.norm(scaled)
@@ -120,7 +156,7 @@ def fit_cone(rays, camera, offset, weights):
     return Cone(axis, float(np.arccos(1 / length)), camera, offset, float(u), float(v))
 
 
-def fit_circle(points, weights):
+def fit_circle(points: np.ndarray, weights: np.ndarray) -> Circle:
     """Least squares for x² + y² = 2·u·x + 2·v·y + (r² − u² − v²)."""
     middle = points.mean(0)
     local = points - middle
@@ -129,7 +165,7 @@ def fit_circle(points, weights):
     return Circle(float(a + middle[0]), float(b + middle[1]), float(np.sqrt(max(c + a * a + b * b, 1e-6))))
 
 
-def fit_ellipse(points):
+def fit_ellipse(points: np.ndarray) -> Ellipse | None:
     """The ellipse through points (``cv2.fitEllipseDirect``), or None where there is none."""
     if len(points) < 8:
         return None
@@ -139,7 +175,7 @@ def fit_ellipse(points):
     return Ellipse(float(u), float(v), width / 2, height / 2, float(np.radians(turn)))
 
 
-def through(triples):
+def through(triples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Centre and radius of the circles through three points each, shapes (N, 2) and (N,)."""
     a, b, c = triples[:, 0], triples[:, 1], triples[:, 2]
     ab, ac = b - a, c - a
@@ -150,7 +186,7 @@ def through(triples):
     return a + np.stack([ux, uy], 1), np.hypot(ux, uy)
 
 
-def best_circle(points, tolerance):
+def best_circle(points: np.ndarray, tolerance: float) -> Circle | None:
     """The circle through three of the points that carries most of the others, or None."""
     triples = np.random.default_rng(2).integers(len(points), size=(60, 3))
     centers, radii = through(points[triples])
@@ -163,7 +199,7 @@ def best_circle(points, tolerance):
     return Circle(float(centers[k, 0]), float(centers[k, 1]), float(radii[k]))
 
 
-def trust(residuals, tolerance):
+def trust(residuals: np.ndarray, tolerance: float) -> np.ndarray:
     """Tukey's biweight: far points count nothing."""
     middle = np.partition(np.abs(residuals), len(residuals) // 2)[len(residuals) // 2]
     scale = 1.4826 * middle * 3.5
@@ -178,7 +214,7 @@ def _least_squares(terms, values, weights):
     return np.linalg.solve(normal + np.eye(3) * (1e-12 * np.trace(normal) + 1e-12), weighted.T @ values)
 
 
-def tangent_circle(center_mm, radius_mm, count=60):
+def tangent_circle(center_mm: ArrayLike, radius_mm: float, count: int = 60) -> np.ndarray:
     """Where the rays from the camera touch a ball: points on a circle, shape (count, 3), mm.
 
     Parameters

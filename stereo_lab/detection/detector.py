@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from stereo_lab.detection import cone
 from stereo_lab.detection.color import BallColor
-from stereo_lab.detection.model import Detection, check_image
+from stereo_lab.detection.model import Camera, Detection, check_image
 from stereo_lab.detection.paper import detect_paper
 from stereo_lab.errors import StereoLabError
 
@@ -23,14 +25,14 @@ class BallDetector:
         is fitted.
     """
 
-    def __init__(self, color, method="cone", camera=None):
+    def __init__(self, color: BallColor | str, method: str = "cone", camera: Camera | None = None) -> None:
         if method not in ("paper", "cone"):
             raise StereoLabError(f'There is no method {method!r}. Choose "paper" or "cone".')
         self.color = BallColor.named(color) if isinstance(color, str) else color
         self.method = method
         self.camera = camera
 
-    def detect(self, image, near=None):
+    def detect(self, image: np.ndarray, near: Detection | None = None) -> Detection | None:
         """The ball, or None where there is none.
 
         Parameters
@@ -51,7 +53,7 @@ class BallDetector:
                 return found
         return _best(self.candidates(image))
 
-    def candidates(self, image, most=4):
+    def candidates(self, image: np.ndarray, most: int = 4) -> list[Detection]:
         """What may be the ball, best first (cone method); a score below ``cone.BALL`` is not enough alone."""
         rounds = cone.find_balls(check_image(image), self.color, self.camera)
         return [Detection(*r.center, r.radius_px, r.score) for r in rounds[:most]]

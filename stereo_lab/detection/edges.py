@@ -5,6 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from stereo_lab.detection.color import BallColor
+
 LEAST_CONTRAST = 10.0  # levels of linear light across the edge
 LEAST_DROP = 0.3  # in likeness, 0…1, where the ball's colour ends
 RAYS = 40, 140  # fewest and most
@@ -14,7 +16,7 @@ RAYS = 40, 140  # fewest and most
 LINEAR = (255 * (np.arange(256) / 255.0) ** 2.2).astype(np.float32)
 
 
-def edge_points(image, u, v, radius, band):
+def edge_points(image: np.ndarray, u: float, v: float, radius: float, band: float) -> tuple[np.ndarray, np.ndarray]:
     """Where the colour changes along rays from a centre.
 
     Each ray is sampled from ``radius - band`` to ``radius + band``. Its colours are projected on the
@@ -37,7 +39,9 @@ def edge_points(image, u, v, radius, band):
     return points, in_picture(points, image) & (contrast > LEAST_CONTRAST) & (steep > 0)
 
 
-def color_edge(image, u, v, radius, band, color):
+def color_edge(
+    image: np.ndarray, u: float, v: float, radius: float, band: float, color: BallColor
+) -> tuple[np.ndarray, np.ndarray]:
     """Where the ball's colour ends along rays from a centre; returns the same as :func:`edge_points`."""
     ray, radii, x, y, step = _rays(u, v, radius, band)
     colors = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
@@ -49,9 +53,9 @@ def color_edge(image, u, v, radius, band, color):
     return points, in_picture(points, image) & (drop > LEAST_DROP) & (steep > 0)
 
 
-def in_picture(points, image):
+def in_picture(points: np.ndarray, image: np.ndarray) -> np.ndarray:
     """True for points that lie inside the picture, half a pixel from its border at least."""
-    return ((points > 0.5) & (points < np.array(image.shape[1::-1]) - 1.5)).all(1)
+    return np.all((points > 0.5) & (points < np.array(image.shape[1::-1]) - 1.5), axis=1)
 
 
 def _rays(u, v, radius, band):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 
@@ -10,7 +12,7 @@ from stereo_lab.common.threads import one_thread
 LEAST_SLOPE = 60.0  # of the brightness, per px: weaker slopes are no edge
 
 
-def edges(grey):
+def edges(grey: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Edge pixels and the direction in which it gets brighter there.
 
     Parameters
@@ -29,7 +31,7 @@ def edges(grey):
     return np.column_stack([u, v]), directions
 
 
-def vote(points_Nx2, directions_Nx2, radius_px, shape):
+def vote(points_Nx2: np.ndarray, directions_Nx2: np.ndarray, radius_px: float, shape: tuple[int, ...]) -> np.ndarray:
     """Every edge pixel gives one vote: to the place one radius away, on the bright side.
 
     Parameters
@@ -49,7 +51,7 @@ def vote(points_Nx2, directions_Nx2, radius_px, shape):
     return votes
 
 
-def hough_circle(grey, radii_px):
+def hough_circle(grey: np.ndarray, radii_px: Sequence[float]) -> tuple[tuple[float, float, float], np.ndarray]:
     """The circle with the most votes for each pixel of its rim: (u, v, radius) and the accumulator.
 
     Returns
@@ -61,11 +63,11 @@ def hough_circle(grey, radii_px):
     layers = [vote(points, directions, radius, grey.shape) for radius in radii_px]
     pooled = np.array([cv2.boxFilter(layer.astype(np.float32), -1, (3, 3), normalize=False) for layer in layers])
     share = pooled / (2 * np.pi * np.asarray(radii_px, float))[:, None, None]
-    k, v, u = np.unravel_index(share.argmax(), share.shape)
+    k, v, u = (int(i) for i in np.unravel_index(share.argmax(), share.shape))
     return (float(u), float(v), float(radii_px[k])), np.array(layers)
 
 
-def library_circle(grey, least_px, largest_px):
+def library_circle(grey: np.ndarray, least_px: int, largest_px: int) -> tuple[float, float, float] | None:
     """The same by ``cv2.HoughCircles``: (u, v, radius) of the circle with the most votes, or None."""
     with one_thread():
         found = cv2.HoughCircles(
@@ -78,4 +80,7 @@ def library_circle(grey, least_px, largest_px):
             minRadius=least_px,
             maxRadius=largest_px,
         )
-    return None if found is None else tuple(float(x) for x in found.reshape(-1, found.shape[-1])[0, :3])
+    if found is None:
+        return None
+    u, v, radius = (float(x) for x in found.reshape(-1, found.shape[-1])[0, :3])
+    return u, v, radius

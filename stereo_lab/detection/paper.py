@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 
 from stereo_lab.common.threads import one_thread
+from stereo_lab.detection.color import BallColor
 from stereo_lab.detection.model import Detection
 
 BLUR_PX = 9
@@ -14,7 +15,7 @@ HOUGH_WIDTH = 1280  # a wider picture is made smaller: votes grow with the cube 
 MASK_LIMIT = 0.25  # of the picture; beyond it the Hough transform would vote for minutes
 
 
-def detect_paper(image, color):
+def detect_paper(image: np.ndarray, color: BallColor) -> Detection | None:
     """Algorithm 1: HLS bounds, blur, circular Hough transform, strongest circle.
 
     Returns

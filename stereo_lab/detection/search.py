@@ -7,11 +7,13 @@ transform: each one for the places at one radius from it, along the direction in
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
+from stereo_lab.detection.color import BallColor
 from stereo_lab.detection.curves import through
 
 SEARCH_WIDTH = 400  # a picture is halved until it is at most this wide
@@ -27,7 +29,15 @@ SMALL = 6  # times the least radius: larger balls are found in the first, small 
 
 @dataclass(frozen=True, eq=False)
 class Copy:
-    """A small copy of a picture, how ball-like its pixels are, and the radii to look for, in its own px."""
+    """A small copy of a picture, and what to look for in it.
+
+    Attributes
+    ----------
+    picture : ndarray, BGR
+    likeness : ndarray, how ball-like each pixel's colour is, 0…255
+    scale : float, px of the copy for each px of the picture
+    least_radius, largest_radius : float, of the balls to look for, px of the copy
+    """
 
     picture: np.ndarray
     likeness: np.ndarray
@@ -36,11 +46,11 @@ class Copy:
     largest_radius: float
 
     @property
-    def least_area(self):
+    def least_area(self) -> float:
         """Pixels of half a ball of the least radius."""
         return max(6, 0.5 * np.pi * self.least_radius**2)
 
-    def in_picture(self, circles):
+    def in_picture(self, circles: list[tuple[float, float, float]]) -> list[tuple[float, float, float]]:
         """Circles (u, v, r) of the copy, in pixels of the picture; those of a wrong size are left out."""
         return [
             ((u + 0.5) / self.scale - 0.5, (v + 0.5) / self.scale - 0.5, r / self.scale)
@@ -49,7 +59,7 @@ class Copy:
         ]
 
 
-def small_copies(image, color):
+def small_copies(image: np.ndarray, color: BallColor) -> Iterator[Copy]:
     """A small :class:`Copy`, and after it one twice as large, for balls that are small in the first."""
     height, width = image.shape[:2]
     least = least_radius(width)
@@ -63,12 +73,12 @@ def small_copies(image, color):
             yield Copy(small, color.likeness(small), scale, least * scale, largest * scale)
 
 
-def least_radius(width):
+def least_radius(width: int) -> float:
     """The smallest ball worth looking for in a picture of this width, px."""
     return max(LEAST_RADIUS_PX, LEAST_OF_WIDTH * width)
 
 
-def blob_circles(copy):
+def blob_circles(copy: Copy) -> list[tuple[float, float, float]]:
     """Two circles (u, v, r) for each of the largest patches: the one along its outline, and the one inside."""
     mask = cv2.morphologyEx((copy.likeness > SURELY).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
     _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=4)
@@ -109,7 +119,7 @@ def _circle_of_outline(points, largest):
     return (centers[k, 0], centers[k, 1], radii[k] + 0.5) if support[k] > LEAST_VOTE else None
 
 
-def voted_circles(copy):
+def voted_circles(copy: Copy) -> list[tuple[float, float, float]]:
     """Circles (u, v, r) with the most votes of edges that have the ball's colour on their inner side."""
     places, directions = _edges_of_color(copy.likeness, copy.picture)
     if not len(places):
