@@ -9,6 +9,8 @@ from matplotlib.patches import Arc, Patch
 
 from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION
 
+__all__ = ["arms", "cosine_triangle", "one_degree", "reach", "turret", "two_links"]
+
 LABEL = {"boxstyle": "round", "facecolor": "white", "edgecolor": "none", "alpha": 0.9}
 STYLES = ((BLUE, "-"), (VERMILION, "--"), (GREEN, ":"))
 

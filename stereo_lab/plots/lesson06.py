@@ -7,6 +7,8 @@ import numpy as np
 
 from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION
 
+__all__ = ["motor_curves", "plan", "stopping_errors", "stops", "touches"]
+
 STYLES = ((BLUE, "-"), (VERMILION, "--"), (GREEN, "-."), (ORANGE, ":"))
 
 
