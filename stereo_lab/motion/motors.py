@@ -7,9 +7,11 @@ turn these motors; numbers of real ones: FIT0450 (6 V, 1920 counts a turn) and P
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stereo_lab.errors import StereoLabError
 
@@ -33,14 +35,14 @@ class Motor:
     """
 
     speed_per_volt: float = 200.0
-    dead_band_v: tuple = (1.2, 1.6)
+    dead_band_v: tuple[float, float] = (1.2, 1.6)
     time_constant_s: float = 0.06
     backlash_deg: float = 1.0
     supply_v: float = 6.0
     counts_per_turn: float = 1920.0
 
     @classmethod
-    def random(cls, rng):
+    def random(cls, rng: np.random.Generator) -> Motor:
         """One of a batch: ±15 % in speed, ±25 % in dead band, the other direction 1.1 to 1.6 times worse."""
         dead_band = 1.2 * rng.uniform(0.75, 1.25)
         return cls(
@@ -50,10 +52,16 @@ class Motor:
         )
 
 
-def advance(motor, position_deg, speed_deg_s, volts, seconds):
+def advance(motor: Motor, position_deg: float, speed_deg_s: float, volts: float, seconds: float) -> tuple[float, float]:
     """Let a motor turn for some time under one voltage; exact, by the solution of its equation.
 
     At zero volts the motor is short-circuited, which brakes it.
+
+    Parameters
+    ----------
+    position_deg, speed_deg_s : float, of the motor before
+    volts : float; more than the supply has is cut down to it
+    seconds : float, for how long
 
     Returns
     -------
@@ -80,7 +88,7 @@ def advance(motor, position_deg, speed_deg_s, volts, seconds):
     return advance(motor, position_deg, 0.0, volts, seconds - until)
 
 
-def drag_link(link_deg, motor_deg, backlash_deg):
+def drag_link(link_deg: float, motor_deg: float, backlash_deg: float) -> float:
     """Where the link is, when the motor has the play of ``backlash_deg`` before it takes the link along."""
     half, ahead = backlash_deg / 2, motor_deg - link_deg
     if ahead > half:
@@ -88,12 +96,12 @@ def drag_link(link_deg, motor_deg, backlash_deg):
     return motor_deg + half if ahead < -half else link_deg
 
 
-def encoder_count(motor, position_deg):
+def encoder_count(motor: Motor, position_deg: float) -> int:
     """Edges that the encoder has shown since position 0."""
     return math.floor(position_deg * motor.counts_per_turn / 360)
 
 
-def polled_counts(motor, position_deg_N):
+def polled_counts(motor: Motor, position_deg_N: ArrayLike) -> tuple[np.ndarray, int]:
     """What a host counts that looks at the two encoder lines now and then, instead of at every edge.
 
     The two lines go through four states in a circle. Two looks that are one state apart tell one edge
@@ -115,7 +123,7 @@ def polled_counts(motor, position_deg_N):
     return np.concatenate([[0], np.cumsum(told)]), int(np.sum(moved == 2))
 
 
-def push_of(motor):
+def push_of(motor: Motor) -> Callable[[float, float], float]:
     """A ``push(volts, seconds)`` for :func:`calibrate_motor` from a motor model, read through its encoder."""
     position = 0.0
 
@@ -154,7 +162,7 @@ class DirectionFit:
     residuals_deg: np.ndarray
 
     @classmethod
-    def fit(cls, starts_at_v, volts_N, seconds_N, turned_deg_N):
+    def fit(cls, starts_at_v: float, volts_N: ArrayLike, seconds_N: ArrayLike, turned_deg_N: ArrayLike) -> DirectionFit:
         """Least squares by Gauss-Newton steps on k, V₀ and τ; all values are taken without their sign.
 
         Raises
@@ -168,16 +176,17 @@ class DirectionFit:
         speed = turned / seconds
         k = max(np.polyfit(volts, speed, 1)[0], 1.0)
         guess = np.array([k, 0.8 * starts_at_v, 0.05])
+        turns = lambda k, dead_band_v, tau: push_turns_deg(k, dead_band_v, tau, volts, seconds)
         for _ in range(30):
-            model = push_turns_deg(*guess, volts, seconds)
+            model = turns(*guess)
             slopes = []
             for j in range(3):
                 nudged = guess.copy()
                 nudged[j] *= 1.0001
-                slopes.append((push_turns_deg(*nudged, volts, seconds) - model) / (guess[j] * 0.0001))
+                slopes.append((turns(*nudged) - model) / (guess[j] * 0.0001))
             step = np.linalg.lstsq(np.column_stack(slopes), turned - model, rcond=None)[0]
             guess = np.clip(guess + step, guess * 0.5, guess * 2)
-        residuals = push_turns_deg(*guess, volts, seconds) - turned
+        residuals = turns(*guess) - turned
         if not np.isfinite(residuals).all() or np.abs(residuals).max() > 0.2 * turned.max():
             raise StereoLabError(
                 "The pushes do not fit together: the joint turned by "
@@ -190,25 +199,38 @@ class DirectionFit:
 
 @dataclass(frozen=True)
 class MotorCalibration:
-    """Both directions of one motor."""
+    """Both directions of one motor.
+
+    Attributes
+    ----------
+    ccw, cw : DirectionFit, counter-clockwise and clockwise
+    """
 
     ccw: DirectionFit
     cw: DirectionFit
 
     @property
-    def speed_per_volt(self):
+    def speed_per_volt(self) -> float:
+        """Mean k of both directions."""
         return (self.ccw.speed_per_volt + self.cw.speed_per_volt) / 2
 
     @property
-    def time_constant_s(self):
+    def time_constant_s(self) -> float:
+        """Mean τ of both directions."""
         return (self.ccw.time_constant_s + self.cw.time_constant_s) / 2
 
-    def direction(self, way):
+    def direction(self, way: float) -> DirectionFit:
         """The fit of the direction of ``way``: plus is counter-clockwise."""
         return self.ccw if way >= 0 else self.cw
 
 
-def push_turns_deg(speed_per_volt, dead_band_v, time_constant_s, volts, seconds):
+def push_turns_deg(
+    speed_per_volt: float,
+    dead_band_v: float,
+    time_constant_s: float,
+    volts: float | np.ndarray,
+    seconds: float | np.ndarray,
+) -> float | np.ndarray:
     """How far a push from rest turns the joint, until it is at rest again (see :class:`DirectionFit`)."""
     w = speed_per_volt * np.maximum(volts - dead_band_v, 0)
     ends = w * (1 - np.exp(-seconds / time_constant_s))
@@ -216,7 +238,7 @@ def push_turns_deg(speed_per_volt, dead_band_v, time_constant_s, volts, seconds)
     return w * seconds - friction * time_constant_s * np.log1p(ends / friction)
 
 
-def calibrate_motor(push, supply_v, least_deg=0.5):
+def calibrate_motor(push: Callable[[float, float], float], supply_v: float, least_deg: float = 0.5) -> MotorCalibration:
     """Measure a motor by pushing it: in each direction its lowest voltage, then some pushes to fit.
 
     Parameters
@@ -235,7 +257,7 @@ def calibrate_motor(push, supply_v, least_deg=0.5):
         If the motor does not turn, or turns the wrong way.
     """
     starts = [_lowest_voltage(push, way, supply_v, least_deg) for way in (1, -1)]
-    rows = {1: [], -1: []}
+    rows: dict[int, list[tuple[float, float, float]]] = {1: [], -1: []}
     for extra, seconds in ((0.5, 0.15), (0.5, 0.3), (1.0, 0.15), (1.0, 0.25), (1.4, 0.2)):
         for way, start in zip((1, -1), starts, strict=True):
             volts = min(start + extra, supply_v)

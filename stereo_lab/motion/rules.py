@@ -8,11 +8,13 @@ written here; the firmware of the real arm is the same in C.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from stereo_lab.motion.motors import advance, encoder_count
+from stereo_lab.motion.motors import Motor, MotorCalibration, advance, encoder_count
 
 TICK_S = 0.002  # the controller looks and acts 500 times a second
 ARRIVED_COUNTS = 0.6  # a goal lies half a count beside the nearest one at most; a little more is there
@@ -33,12 +35,12 @@ class Tuning:
 
     speed_per_volt: float = 200.0
     time_constant_s: float = 0.06
-    dead_band_v: tuple = (1.2, 1.6)
-    starts_at_v: tuple = (1.4, 1.85)
+    dead_band_v: tuple[float, float] = (1.2, 1.6)
+    starts_at_v: tuple[float, float] = (1.4, 1.85)
     counts_per_turn: float = 1920.0
 
     @classmethod
-    def of(cls, calibration, counts_per_turn=1920.0):
+    def of(cls, calibration: MotorCalibration, counts_per_turn: float = 1920.0) -> Tuning:
         """From a :class:`MotorCalibration`."""
         return cls(
             calibration.speed_per_volt,
@@ -49,22 +51,36 @@ class Tuning:
         )
 
     @property
-    def arrived_deg(self):
+    def arrived_deg(self) -> float:
         """Nearer to the goal than this is there."""
         return ARRIVED_COUNTS * 360 / self.counts_per_turn
 
     @property
-    def kp_v_per_deg(self):
+    def kp_v_per_deg(self) -> float:
         """The gain on the error. A motor without friction would swing with it; the dead band takes that away."""
         return 2 / (self.speed_per_volt * self.time_constant_s)
 
     @property
-    def ki_v_per_deg_s(self):
+    def ki_v_per_deg_s(self) -> float:
         """Slow beside the gain above: it takes up what the calibration has wrong, within some time constants."""
         return self.kp_v_per_deg / (4 * self.time_constant_s)
 
 
-def slow_down_volts(left_deg, zone_deg, fast_v, slow_v):
+class Rule(Protocol):
+    """What :func:`drive` asks of a rule.
+
+    Attributes
+    ----------
+    done : bool, whether the joint is at its goal and at rest
+    """
+
+    done: bool
+
+    def volts(self, measured_deg: float) -> float:
+        """The voltage for the next tick."""
+
+
+def slow_down_volts(left_deg: float, zone_deg: float, fast_v: float, slow_v: float) -> float:
     """The paper's rule: full speed, slow within ``zone_deg`` before the goal, brake at the goal.
 
     Parameters
@@ -77,7 +93,7 @@ def slow_down_volts(left_deg, zone_deg, fast_v, slow_v):
     return fast_v if left_deg > zone_deg else slow_v
 
 
-def slow_zone_deg(time_constant_s, cruise_deg_s):
+def slow_zone_deg(time_constant_s: float, cruise_deg_s: float) -> float:
     """A slow zone that suits the motor.
 
     A motor sheds its speed with the time constant τ, and turns by up to τ·ω degrees meanwhile. Twice
@@ -86,7 +102,14 @@ def slow_zone_deg(time_constant_s, cruise_deg_s):
     return 2 * time_constant_s * cruise_deg_s
 
 
-def trapezoid_step(position_deg, speed_deg_s, goal_deg, cruise_deg_s, acceleration_deg_s2, seconds=TICK_S):
+def trapezoid_step(
+    position_deg: float,
+    speed_deg_s: float,
+    goal_deg: float,
+    cruise_deg_s: float,
+    acceleration_deg_s2: float,
+    seconds: float = TICK_S,
+) -> tuple[float, float]:
     """The next point of a motion that speeds up, cruises and slows down in time.
 
     Drawn over time, its speed is a trapezoid. The goal may change on the way.
@@ -94,6 +117,8 @@ def trapezoid_step(position_deg, speed_deg_s, goal_deg, cruise_deg_s, accelerati
     Parameters
     ----------
     position_deg, speed_deg_s : float, where the plan is now
+    goal_deg, cruise_deg_s, acceleration_deg_s2 : float, where it goes, and how fast at most
+    seconds : float, from this point to the next
 
     Returns
     -------
@@ -111,7 +136,9 @@ def trapezoid_step(position_deg, speed_deg_s, goal_deg, cruise_deg_s, accelerati
     return position_deg + way * speed * seconds, way * speed
 
 
-def tracking_volts(tuning, speed_deg_s, acceleration_deg_s2, error_deg, integral_v):
+def tracking_volts(
+    tuning: Tuning, speed_deg_s: float, acceleration_deg_s2: float, error_deg: float, integral_v: float
+) -> float:
     """The voltage that keeps a turning motor on its plan.
 
     V = ±V₀ + (ω + τ·dω/dt)/k + Kp·e + Ki·∫e dt: the motor's equation solved for V, and what the error
@@ -127,10 +154,21 @@ class SlowDownRule:
 
     Parameters
     ----------
+    start_deg, goal_deg : float, where the joint is and where it should stop
+    zone_deg : float, how far before the goal it gets slow
+    cruise_deg_s : float, its speed before that
     rule : function like :func:`slow_down_volts`
     """
 
-    def __init__(self, tuning, start_deg, goal_deg, zone_deg=5.0, cruise_deg_s=180.0, rule=slow_down_volts):
+    def __init__(
+        self,
+        tuning: Tuning,
+        start_deg: float,
+        goal_deg: float,
+        zone_deg: float = 5.0,
+        cruise_deg_s: float = 180.0,
+        rule: Callable[[float, float, float, float], float] = slow_down_volts,
+    ) -> None:
         self.goal_deg, self.zone_deg, self.rule = goal_deg, zone_deg, rule
         self.way = 1.0 if goal_deg >= start_deg else -1.0
         side = self.way < 0
@@ -139,7 +177,7 @@ class SlowDownRule:
         self.done = False
         self._rest = _Rest(start_deg)
 
-    def volts(self, measured_deg):
+    def volts(self, measured_deg: float) -> float:
         """The voltage for the next tick; 0 brakes."""
         left = (self.goal_deg - measured_deg) * self.way
         rests = self._rest.ticks(measured_deg) >= REST_TICKS
@@ -154,18 +192,25 @@ class Profile:
     that starts it and a little more with every tick, until the encoder moves.
     """
 
-    def __init__(self, tuning, start_deg, goal_deg, cruise_deg_s=180.0, acceleration_deg_s2=1000.0):
+    def __init__(
+        self,
+        tuning: Tuning,
+        start_deg: float,
+        goal_deg: float,
+        cruise_deg_s: float = 180.0,
+        acceleration_deg_s2: float = 1000.0,
+    ) -> None:
         self.tuning = tuning
         self.planned_deg, self.speed_deg_s, self.integral_v = start_deg, 0.0, 0.0
         self._rest, self.kick_v = _Rest(start_deg), 0.0
         self.retarget(goal_deg, cruise_deg_s, acceleration_deg_s2)
 
-    def retarget(self, goal_deg, cruise_deg_s, acceleration_deg_s2):
+    def retarget(self, goal_deg: float, cruise_deg_s: float, acceleration_deg_s2: float) -> None:
         """Give the move another goal; on its way, too."""
         self.goal_deg, self.done = goal_deg, False
         self.cruise_deg_s, self.acceleration_deg_s2 = cruise_deg_s, acceleration_deg_s2
 
-    def volts(self, measured_deg):
+    def volts(self, measured_deg: float) -> float:
         """The voltage for the next tick; 0 brakes."""
         before = self.speed_deg_s
         self.planned_deg, self.speed_deg_s = trapezoid_step(
@@ -230,13 +275,16 @@ class Run:
     arrived_s: float
 
 
-def drive(motor, rule, longest_s=3.0, looks_per_s=None, lost=0.0, seed=0):
+def drive(
+    motor: Motor, rule: Rule, longest_s: float = 3.0, looks_per_s: float | None = None, lost: float = 0.0, seed: int = 0
+) -> Run:
     """Drive a motor from rest at 0° by a rule.
 
     Parameters
     ----------
     motor : Motor
-    rule : SlowDownRule or Profile, or anything else with ``volts(measured_deg)`` and ``done``
+    rule : SlowDownRule, Profile or another :class:`Rule`
+    longest_s : float, when it is given up
     looks_per_s : float or None
         How often the encoder is looked at; None: every edge is caught by an interrupt.
     lost : float, which part of the looks gets lost on the way
@@ -268,4 +316,4 @@ def drive(motor, rule, longest_s=3.0, looks_per_s=None, lost=0.0, seed=0):
                     seen = edges
     position, _ = advance(motor, position, speed, 0.0, 2.0)
     columns = (np.array(column) for column in zip(*rows, strict=True))
-    return Run(*columns, position - degree / 2, rows[-1][0])
+    return Run(*columns, position - degree / 2, rows[-1][0])  # type: ignore[call-arg, arg-type]  # five columns
