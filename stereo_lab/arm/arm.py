@@ -11,7 +11,7 @@ from stereo_lab.arm.line import AGAIN_S, GIVE_UP_S, SerialLine, open_port
 from stereo_lab.arm.stops import Stops
 from stereo_lab.errors import ArmError, RefusedError, StereoLabError, UnreachableTargetError
 from stereo_lab.kinematics import JointAngles
-from stereo_lab.motion import calibrate_motor
+from stereo_lab.motion import MotorCalibration, calibrate_motor
 
 ASK_S = 0.1  # how often a moving arm is asked how it is; this also feeds its watchdog
 STOP_S = 0.1  # how long a stop waits to be confirmed before it is sent again
@@ -29,7 +29,7 @@ STOP_BYTES = b"\n" + wire.STOP + b"\n"
 log = logging.getLogger(__name__)
 
 
-def connect(port="virtual://arm", baud_rate=wire.BAUD_RATE):
+def connect(port: str | serial.SerialBase = "virtual://arm", baud_rate: int = wire.BAUD_RATE) -> Arm:
     """Open a port and greet the arm behind it. Nothing moves, and the motors stay off.
 
     Parameters
@@ -68,22 +68,23 @@ class Arm:
     supply_v : (float, float), what its motors get at most
     """
 
-    def __init__(self, port):
+    def __init__(self, port: serial.SerialBase) -> None:
         self.port, self.line = port, SerialLine(port)
         self.name = self.line.name
-        self.limits_deg, self.supply_v = None, None
+        self.limits_deg: tuple[tuple[float, float], ...] = None  # type: ignore[assignment]  # until it is greeted
+        self.supply_v: tuple[float, ...] = None  # type: ignore[assignment]
         self._number, self._stops = 0, Stops()
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"Arm({self.name!r})"
 
-    def __enter__(self):
+    def __enter__(self) -> Arm:
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self.close()
 
-    def move_to(self, angles, one_side=False):
+    def move_to(self, angles: JointAngles, one_side: bool = False) -> JointAngles:
         """Move both joints, and wait until they are there. The motors are switched on if they are off.
 
         Parameters
@@ -112,7 +113,7 @@ class Arm:
             return self._move(f"MA {goals[0]:.3f} {goals[1]:.3f} {GENTLY_PERCENT}")
         return self._move(f"MA {goals[0]:.3f} {goals[1]:.3f}")
 
-    def angles(self):
+    def angles(self) -> JointAngles:
         """Where the joints are, by their encoders.
 
         Returns
@@ -121,7 +122,7 @@ class Arm:
         """
         return JointAngles(*self.status().position_deg)
 
-    def home(self):
+    def home(self) -> JointAngles:
         """Find out where the joints stand: drive each to its switch, back, and slowly to it again.
 
         Returns
@@ -133,7 +134,7 @@ class Arm:
             self._move(f"HM {joint}")
         return self.angles()
 
-    def stop(self):
+    def stop(self) -> None:
         """Stop both motors at once.
 
         Where another thread waits for a move, or is about to begin one, that ends with an ArmError.
@@ -148,15 +149,15 @@ class Arm:
             self.line.listen(start + AGAIN_S - self.line.clock())
         raise self.line.no_answer("a stop")
 
-    def enable(self):
+    def enable(self) -> None:
         """Switch the motors on, also after a stop, when whatever caused it is mended."""
         self._enable(self._stops.count)
 
-    def disable(self):
+    def disable(self) -> None:
         """Stop the motors and switch them off."""
         self.command("EN 0")
 
-    def status(self):
+    def status(self) -> wire.Status:
         """What the controller says of itself.
 
         Returns
@@ -166,11 +167,11 @@ class Arm:
         return self.line.status()
 
     @property
-    def homed(self):
+    def homed(self) -> bool:
         """Whether both joints know where they stand."""
         return all(self.status().homed)
 
-    def close(self):
+    def close(self) -> None:
         """Stop the motors and close the port. Never raises: a port that is gone is closed already."""
         if not self.port.is_open:
             return
@@ -182,30 +183,30 @@ class Arm:
         finally:
             self.port.close()
 
-    def wait(self, seconds):
+    def wait(self, seconds: float) -> None:
         """Let time pass while the arm stays watched."""
         until = self.line.clock() + seconds
         while (left := until - self.line.clock()) > 0:
             self.status()
             self.line.listen(min(ASK_S, left))
 
-    def get(self, joint, name):
+    def get(self, joint: int, name: str) -> float:
         """A parameter of a joint; their names stand in PROTOCOL.md."""
         return float(self.command(f"GET {joint} {name}"))
 
-    def set(self, joint, name, value):
+    def set(self, joint: int, name: str, value: float) -> None:
         """Set a parameter of a joint."""
         self.command(f"SET {joint} {name} {_decimal(value)}")
         if name in ("lo", "hi", "supply"):
             self._read_bounds()
 
-    def set_limits(self, limits_deg):
+    def set_limits(self, limits_deg: tuple[tuple[float, float], tuple[float, float]]) -> None:
         """Tell the controller how far its joints may turn, as a recording's arm says it."""
         for joint, (low, high) in enumerate(limits_deg, start=1):
             self.set(joint, "lo", low)
             self.set(joint, "hi", high)
 
-    def push(self, joint, volts, seconds):
+    def push(self, joint: int, volts: float, seconds: float) -> float:
         """Give a motor a voltage for some time, and wait until it is at rest.
 
         Parameters
@@ -242,7 +243,7 @@ class Arm:
             )
         return stands - before
 
-    def calibrate(self, joint):
+    def calibrate(self, joint: int) -> MotorCalibration:
         """Measure a motor by pushing it to and fro, some tens of degrees, and tell the controller.
 
         A joint that stands far from the middle of its range is driven there first.
@@ -260,7 +261,7 @@ class Arm:
         self.use(joint, found)
         return found
 
-    def use(self, joint, calibration):
+    def use(self, joint: int, calibration: MotorCalibration) -> None:
         """Tell the controller what was measured of a motor."""
         for name, value in (
             ("k", calibration.speed_per_volt), ("tau", calibration.time_constant_s * 1000),
@@ -269,7 +270,7 @@ class Arm:
         ):  # fmt: skip
             self.set(joint, name, value)
 
-    def command(self, text):
+    def command(self, text: str) -> str:
         """Send any command of the protocol.
 
         Parameters

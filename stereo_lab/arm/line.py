@@ -31,7 +31,7 @@ MEANING = {
 }  # fmt: skip
 
 
-def ports():
+def ports() -> list[tuple[str, str]]:
     """The serial ports of this computer.
 
     Returns
@@ -43,7 +43,7 @@ def ports():
     return [("virtual://arm", "a simulated arm, no hardware needed"), *found]
 
 
-def open_port(name, baud_rate=wire.BAUD_RATE):
+def open_port(name: str, baud_rate: int = wire.BAUD_RATE) -> serial.SerialBase:
     """Open a serial port by its name or URL, for this program alone.
 
     Raises
@@ -78,8 +78,14 @@ def _why_not(name, error):
 
 @dataclass
 class Heard:
-    """What came since the last question: bytes, lines that made no sense, replies to other commands, and how
-    often the controller said that what it heard made no sense."""
+    """What came since the last question.
+
+    Attributes
+    ----------
+    bytes, garbled : int, bytes that came, and lines that made no sense
+    other : int, replies to other commands
+    misheard : int, how often the controller said that what it heard made no sense
+    """
 
     bytes: int = 0
     garbled: int = 0
@@ -99,27 +105,30 @@ class SerialLine:
     restarted : bool, whether the controller has said its greeting since this was set to False
     """
 
-    def __init__(self, port):
+    def __init__(self, port: serial.SerialBase) -> None:
         self.port = port
         self.name = str(getattr(port, "name", None) or getattr(port, "port", "the port"))
         self.clock = getattr(port, "clock", time.monotonic)
-        self.events, self.restarted = deque(maxlen=100), False
+        self.events: deque[wire.Event] = deque(maxlen=100)
+        self.restarted = False
         self._lock = threading.RLock()  # one question at a time; a stop does not wait for it
-        self._buffer, self._replies, self._status, self._heard = bytearray(), deque(), None, Heard()
+        self._replies: deque[wire.Reply] = deque()
+        self._status: wire.Status | None = None
+        self._buffer, self._heard = bytearray(), Heard()
 
-    def wait_for_answer_s(self):
+    def wait_for_answer_s(self) -> float:
         """How long a controller may take for its first answer."""
         usb = [p.device for p in list_ports.comports() if p.vid is not None]
         return BOOT_S if _device(self.name) in map(_device, usb) else GIVE_UP_S
 
-    def write(self, data):
+    def write(self, data: bytes) -> None:
         """Bytes to the controller."""
         try:
             self.port.write(data)
         except (serial.SerialException, OSError) as error:
             raise self._gone(error) from None
 
-    def exchange(self, text, number, give_up_s=GIVE_UP_S):
+    def exchange(self, text: str, number: int | None, give_up_s: float = GIVE_UP_S) -> str:
         """Send a command until it is answered: again after 0.3 s, and sooner where noise was heard.
 
         Returns
@@ -148,7 +157,7 @@ class SerialLine:
                 return reply.text
             raise self.no_answer(repr(text))
 
-    def status(self):
+    def status(self) -> wire.Status:
         """Ask until a status comes."""
         with self._lock:
             for until in self._tries(GIVE_UP_S):
@@ -157,7 +166,7 @@ class SerialLine:
                     return status
             raise self.no_answer("a question")
 
-    def status_once(self, until):
+    def status_once(self, until: float) -> wire.Status | None:
         """Ask once; None if nothing readable comes until then."""
         with self._lock:
             self._status, self._heard = None, Heard()
@@ -166,14 +175,14 @@ class SerialLine:
                 self._look(until)
             return self._status
 
-    def listen(self, seconds):
+    def listen(self, seconds: float) -> None:
         """Take in what comes for some time."""
         until = self.clock() + seconds
         while self.clock() < until - ROUNDING_S:
             with self._lock:
                 self._look(until)
 
-    def no_answer(self, what):
+    def no_answer(self, what: str) -> ArmError:
         """The error for a question that got no answer, by what was heard instead."""
         heard = self._heard
         if self.restarted:

@@ -38,16 +38,30 @@ NO_CHARACTER = re.compile(r"[^\t -~]")
 
 @dataclass(frozen=True)
 class Command:
-    """A command line: its sequence number or None, its name in capitals, its arguments as text."""
+    """A command line.
+
+    Attributes
+    ----------
+    number : int, its sequence number, or None
+    name : str, in capitals
+    arguments : their texts
+    """
 
     number: int | None
     name: str
-    arguments: tuple
+    arguments: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Reply:
-    """``ok`` (code 0, text: the data) or ``err`` (its code and text), with the number of its command."""
+    """An answer to a command.
+
+    Attributes
+    ----------
+    code : int, 0 for ``ok``, else the number of the error
+    text : str, the data of an ``ok``, else code and name of the error
+    number : int, of the command, or None
+    """
 
     code: int
     text: str
@@ -56,7 +70,13 @@ class Reply:
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened: its name, and for most the joint (1 or 2) and where it stands."""
+    """Something that happened.
+
+    Attributes
+    ----------
+    name : str, one of EVENTS
+    joint, angle_deg : 1 or 2, and where it stands; None for what concerns both
+    """
 
     name: str
     joint: int | None = None
@@ -79,10 +99,10 @@ class Status:
 
     state: str
     time_ms: int
-    homed: tuple
+    homed: tuple[bool, bool]
     fault: str
-    position_deg: tuple
-    speed_deg_s: tuple
+    position_deg: tuple[float, float]
+    speed_deg_s: tuple[float, float]
     lost: int = 0
     dropped: int = 0
 
@@ -90,22 +110,22 @@ class Status:
 class ProtocolError(StereoLabError):
     """A line that cannot be acted on. ``code`` is one of the error numbers above."""
 
-    def __init__(self, code, number=None):
+    def __init__(self, code: int, number: int | None = None) -> None:
         super().__init__(ERRORS[code])
         self.code, self.number = code, number
 
 
-def crc16(data):
+def crc16(data: bytes) -> int:
     """CRC-16/CCITT-FALSE: polynomial 0x1021, start 0xFFFF; of b"123456789" it is 0x29B1."""
     return binascii.crc_hqx(data, 0xFFFF)
 
 
-def seal(text):
+def seal(text: str) -> str:
     """Append ``*`` and the checksum of all that stands before it, as four hexadecimal digits."""
     return f"{text}*{crc16(text.encode('ascii')):04X}"
 
 
-def unseal(line):
+def unseal(line: str) -> tuple[str, bool | None]:
     """The text of a line, and whether its checksum is right (None: it has none)."""
     text, star, digits = line.rpartition("*")
     if not star:
@@ -117,7 +137,7 @@ def unseal(line):
     return text, right
 
 
-def encode_command(text, number=None, checksum=True):
+def encode_command(text: str, number: int | None = None, checksum: bool = True) -> bytes:
     """A command line as bytes, newline included.
 
     Parameters
@@ -139,7 +159,7 @@ def encode_command(text, number=None, checksum=True):
     return line.encode("ascii") + b"\n"
 
 
-def decode_command(line, checksum_needed=False):
+def decode_command(line: str, checksum_needed: bool = False) -> Command | None:
     """What a controller reads from a line (str, without its newline).
 
     Returns
@@ -168,7 +188,7 @@ def decode_command(line, checksum_needed=False):
     return Command(number, words[0].upper(), tuple(words[1:]))
 
 
-def read_number(word, low, high, number=None):
+def read_number(word: str, low: float, high: float, number: int | None = None) -> float:
     """A plain decimal number between two bounds, or the error that the controller answers."""
     if not NUMBER.fullmatch(word):
         raise ProtocolError(ARGUMENT, number)
@@ -178,7 +198,7 @@ def read_number(word, low, high, number=None):
     return value
 
 
-def encode_reply(reply):
+def encode_reply(reply: Reply) -> str:
     """A reply as text, without checksum and newline."""
     head = "ok" if reply.code == 0 else "err"
     number = "" if reply.number is None else f" N{reply.number}"
@@ -186,14 +206,14 @@ def encode_reply(reply):
     return f"{head}{number} {body}".rstrip()
 
 
-def encode_event(event):
+def encode_event(event: Event) -> str:
     """An event as text."""
     if event.joint is None:
         return f"!{event.name}"
     return f"!{event.name} {event.joint} {event.angle_deg:.2f}"
 
 
-def encode_status(status):
+def encode_status(status: Status) -> str:
     """A status as text."""
     homed = sum(1 << k for k in range(2) if status.homed[k])
     p, v = status.position_deg, status.speed_deg_s
@@ -209,7 +229,7 @@ PAIR = r"(-?[\d.]+),(-?[\d.]+)"
 STATUS = re.compile(rf"<([a-z]+) t=(\d+) h=([0-3]) f=(-|[sr][12]|[we]) p={PAIR} v={PAIR} lost=(\d+) drop=(\d+)>")
 
 
-def decode_answer(line):
+def decode_answer(line: str) -> Reply | Event | Status | None:
     """What a host reads from a line (str, checksum already taken off).
 
     Returns
@@ -236,5 +256,5 @@ def decode_answer(line):
         return Status(state, int(time_ms), joints, fault, position, speed, int(lost), int(dropped))
     if (found := EVENT.fullmatch(line)) and found.group(1) in EVENTS:
         name, joint, angle = found.groups()
-        return Event(name, joint and int(joint), angle and float(angle))
+        return Event(name, None if joint is None else int(joint), None if angle is None else float(angle))
     return None

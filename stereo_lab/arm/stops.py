@@ -18,21 +18,21 @@ class Stops:
         self.count, self.undone = 0, 0
         self._known = {}  # thread -> the last stop that it asked for or was told of
 
-    def ask(self):
+    def ask(self) -> None:
         """This thread asks for a stop."""
         self.count += 1
         self.tell()
 
-    def tell(self):
+    def tell(self) -> None:
         """This thread knows of all stops so far."""
         self._known[threading.get_ident()] = self.count
 
     @property
-    def hold(self):
+    def hold(self) -> bool:
         """Whether the last stop is not undone yet."""
         return self.undone < self.count
 
     @property
-    def are_news(self):
+    def are_news(self) -> bool:
         """Whether this thread does not know yet of a stop that holds."""
         return self.hold and self._known.get(threading.get_ident(), 0) < self.count

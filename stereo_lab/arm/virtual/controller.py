@@ -6,10 +6,15 @@ A controller reads lines, drives two joints and writes lines. It sees its motors
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from stereo_lab.arm import protocol as wire
 from stereo_lab.arm.virtual.interpreter import Interpreter
 from stereo_lab.arm.virtual.joint import BACK, CREEP, IDLE, MOVE, PUSH, REST, SECOND_JOINT, SEEK, Joint
 from stereo_lab.motion import REST_TICKS, TICK_S, SlowDownRule
+
+if TYPE_CHECKING:  # the port imports the controller
+    from stereo_lab.arm.virtual.port import Plant
 
 HOMING = (SEEK, BACK, CREEP, REST)
 SEEK_DEG, SEEK_DEG_S, BACK_DEG, CREEP_DEG_S = 400.0, 60.0, 8.0, 10.0
@@ -18,13 +23,22 @@ BYTES_PER_TICK = wire.BAUD_RATE / 10 * TICK_S
 
 
 class Controller:
-    """Two joints behind a serial line."""
+    """Two joints behind a serial line. Joints are counted from 0 here.
 
-    def __init__(self, plant):
+    Attributes
+    ----------
+    joints : (Joint, Joint)
+    line : Interpreter
+    enabled, stopped : bool, whether the motors are on, and whether a stop holds them
+    by_rule : bool, whether moves follow the paper's rule instead of a profile
+    fault : str, as :class:`stereo_lab.arm.protocol.Status` has it
+    """
+
+    def __init__(self, plant: Plant) -> None:
         self.plant = plant
         self.restart()
 
-    def restart(self):
+    def restart(self) -> None:
         """As after power-up: motors off, positions unknown and called zero."""
         self.joints = (Joint(), Joint(**SECOND_JOINT))
         self.enabled, self.stopped, self.by_rule = False, False, False
@@ -40,7 +54,7 @@ class Controller:
     def _event(self, name, j):
         self.line.say(wire.encode_event(wire.Event(name, j + 1, self.joints[j].position_deg)))
 
-    def status(self):
+    def status(self) -> wire.Status:
         """What ``?`` answers."""
         modes = [joint.mode for joint in self.joints]
         if self.stopped:
@@ -51,12 +65,13 @@ class Controller:
             state = "home"
         else:
             state = "run" if any(modes) else "idle"
+        first, second = self.joints
         return wire.Status(
-            state, round(self.time_ticks * TICK_S * 1000), tuple(j.homed for j in self.joints), self.fault,
-            tuple(j.position_deg for j in self.joints), tuple(j.speed_deg_s for j in self.joints), 0, self.dropped,
+            state, round(self.time_ticks * TICK_S * 1000), (first.homed, second.homed), self.fault,
+            (first.position_deg, second.position_deg), (first.speed_deg_s, second.speed_deg_s), 0, self.dropped,
         )  # fmt: skip
 
-    def enable(self, on):
+    def enable(self, on: bool) -> None:
         """Switch the motors on or off; on also undoes a latched stop."""
         if on:
             self.enabled, self.stopped, self.fault = True, False, "-"
@@ -64,7 +79,7 @@ class Controller:
             self.halt()
             self.enabled = self.stopped = False
 
-    def move_to(self, goals, pace):
+    def move_to(self, goals: list[float | None], pace: float) -> None:
         """Move joints to their goals (None: it stays as it is), at a share of their speed."""
         moving = [(joint, goal) for joint, goal in zip(self.joints, goals, strict=True) if goal is not None]
         for joint, goal in moving:
@@ -87,7 +102,7 @@ class Controller:
                 joint.rule = joint.plan(goal, cruise, acceleration, joint.rule if joint.mode == MOVE else None)
             self._begin(joint, MOVE)
 
-    def push(self, j, duty, milliseconds):
+    def push(self, j: int, duty: int, milliseconds: float) -> None:
         """Give a motor some duty for some time."""
         joint = self.joints[j]
         self._must_be_on()
@@ -96,13 +111,13 @@ class Controller:
         self._begin(joint, PUSH)
         self._set_duty(j, duty)
 
-    def zero(self, j, angle_deg):
+    def zero(self, j: int, angle_deg: float) -> None:
         """Call the place of a joint so many degrees."""
         self._must_be_idle(self.joints[j])
         self.joints[j].stand_at(self.plant.counts(j), angle_deg)
         self.joints[j].homed = True
 
-    def home(self, j):
+    def home(self, j: int) -> None:
         """Find the home switch of a joint."""
         joint = self.joints[j]
         self._must_be_on()
@@ -113,7 +128,7 @@ class Controller:
         if joint.pressed:
             self._back_off(joint)
 
-    def set(self, j, name, value):
+    def set(self, j: int, name: str, value: float) -> None:
         """Set a parameter of a joint."""
         joint = self.joints[j]
         self.must_rest()
@@ -122,12 +137,12 @@ class Controller:
             joint.stand_at(self.plant.counts(j), joint.position_deg)
         joint.retune()
 
-    def must_rest(self):
+    def must_rest(self) -> None:
         """Refuse what may not happen while anything moves."""
         if self.busy:
             raise wire.ProtocolError(wire.BUSY)
 
-    def is_heard(self):
+    def is_heard(self) -> None:
         """The host is there: the watchdog begins anew."""
         self.heard_ticks = self.time_ticks
 
@@ -146,10 +161,11 @@ class Controller:
         self.fault = "-"
 
     @property
-    def busy(self):
+    def busy(self) -> bool:
+        """Whether either joint does anything."""
         return self.joints[0].mode != IDLE or self.joints[1].mode != IDLE
 
-    def tick(self):
+    def tick(self) -> None:
         """Everything that happens every TICK_S."""
         self.time_ticks += 1
         self.line.answer_questions()
@@ -253,7 +269,7 @@ class Controller:
         self._set_duty(j, 0)
         self._event(event, j)
 
-    def halt(self, latch=False, fault=None):
+    def halt(self, latch: bool = False, fault: str | None = None) -> None:
         """Stop both joints."""
         for j, joint in enumerate(self.joints):
             joint.mode = IDLE

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from stereo_lab.arm import protocol as wire
+
+if TYPE_CHECKING:  # the controller imports the interpreter
+    from stereo_lab.arm.virtual.controller import Controller
 
 TX_BYTES, STATUS_BYTES = 128, 100  # what the controller can keep for sending; a status needs less than that
 
@@ -17,16 +22,16 @@ class Interpreter:
     tx : bytearray, what is to be sent
     """
 
-    def __init__(self, controller):
+    def __init__(self, controller: Controller) -> None:
         self.controller, self.checksum, self.tx = controller, False, bytearray()
         self._line, self._too_long, self._asked = bytearray(), False, False
         self._last = (None, "")  # the number of the last numbered command, and its reply
 
-    def say(self, text):
+    def say(self, text: str) -> None:
         """Send a line."""
         self.tx += (wire.seal(text) if self.checksum else text).encode("ascii") + b"\r\n"
 
-    def feed(self, data):
+    def feed(self, data: bytes) -> None:
         """Bytes from the host."""
         for byte in data:
             if byte in b"!?" and not self._line and not self._too_long:
@@ -39,11 +44,11 @@ class Interpreter:
                 self._too_long = True
 
     @property
-    def has_room(self):
+    def has_room(self) -> bool:
         """Whether a status can be sent without waiting."""
         return len(self.tx) < TX_BYTES - STATUS_BYTES
 
-    def answer_questions(self):
+    def answer_questions(self) -> None:
         """One status for all ``?`` that came meanwhile."""
         if self._asked and self.has_room:
             self._asked = False

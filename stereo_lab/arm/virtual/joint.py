@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from stereo_lab.motion import TICK_S, Profile, Tuning
 
@@ -22,11 +23,22 @@ SECOND_JOINT = {"lo": -160.0, "hi": 160.0, "home": -165.0}
 
 
 class Joint:
-    """One joint: its parameters, where it stands, and what it is doing."""
+    """One joint: its parameters, where it stands, and what it is doing.
 
-    def __init__(self, **changed):
+    Attributes
+    ----------
+    parameters : dict, as SET takes them; see PROTOCOL.md
+    mode : IDLE, MOVE, PUSH, or a leg of the homing: SEEK, BACK, CREEP, REST
+    rule : SlowDownRule or Profile of the move under way
+    duty : int, -255 to 255, what its motor gets
+    position_deg, speed_deg_s : float, by its encoder
+    homed : bool, whether it knows where it stands
+    """
+
+    def __init__(self, **changed: float) -> None:
         self.parameters = {**DEFAULTS, **changed}
-        self.mode, self.rule, self.duty = IDLE, None, 0
+        self.mode, self.duty = IDLE, 0
+        self.rule: Any = None
         self.zero_count, self.zero_deg, self.homed = 0, 0.0, False
         self.position_deg = self.speed_deg_s = 0.0
         self.against_deg = self.against_from_deg_s = 0.0
@@ -35,13 +47,14 @@ class Joint:
         self.still_ticks, self.push_ticks, self.closed_ticks, self.tries = 0, 0, 0, 0
         self.retune()
 
-    def retune(self):
+    def retune(self) -> None:
+        """Take over changed parameters."""
         p = self.parameters
         self.tuning = Tuning(p["k"], p["tau"] / 1000, (p["db+"], p["db-"]), (p["st+"], p["st-"]), p["counts"])
         self.degree = 360 / p["counts"]
         self.stall_v = max(p["st+"], p["st-"]) + STALL_V
 
-    def look(self, count, closed):
+    def look(self, count: int, closed: bool) -> None:
         """Take in what the encoder and the home switch say."""
         if closed and not self.closed_ticks:
             self.closed_count = count  # the place counts, if it proves to be no glitch
@@ -64,42 +77,42 @@ class Joint:
             self.against_deg = self.wrong_deg = 0.0
 
     @property
-    def runs_away(self):
+    def runs_away(self) -> bool:
         """Whether it turns against its voltage, and faster and faster: not just being braked; or from rest."""
         faster = abs(self.speed_deg_s) > self.against_from_deg_s + FASTER_DEG_S
         wrong = self.wrong_deg > max(RUNAWAY_DEG, WRONG_COUNTS * self.degree)
         return wrong or (self.against_deg > RUNAWAY_DEG and faster)
 
     @property
-    def pressed(self):
+    def pressed(self) -> bool:
         """Whether the home switch is closed, for long enough to be no glitch."""
         return self.closed_ticks >= CLOSED_TICKS
 
     @property
-    def held(self):
+    def held(self) -> bool:
         """Whether a push does not turn it that should."""
         return self.still_ticks > HELD_TICKS and abs(self.duty) * self.parameters["supply"] / 255 > self.stall_v
 
-    def stand_at(self, count, angle_deg, now=None):
+    def stand_at(self, count: int, angle_deg: float, now: int | None = None) -> None:
         """Call the place of a count so many degrees. ``now``: the count of where it stands, if it is another."""
         self.zero_count, self.zero_deg = count, angle_deg
         self.position_deg = angle_deg + (0 if now is None else now - count) * self.degree
 
-    def plan(self, goal_deg, cruise, acceleration, from_plan=None):
+    def plan(self, goal_deg: float, cruise: float, acceleration: float, from_plan: Profile | None = None) -> Profile:
         """A profile to a goal, from rest; or the one that is under way, with a new goal."""
         if from_plan is None:
             return Profile(self.tuning, self.position_deg, goal_deg, cruise, acceleration)
         from_plan.retarget(goal_deg, cruise, acceleration)
         return from_plan
 
-    def stalls(self, volts):
+    def stalls(self, volts: float) -> bool:
         """Whether it does not turn as it should under this voltage."""
         if not isinstance(self.rule, Profile):
             return self.still_ticks > STALL_TICKS and volts != 0
         behind = abs(self.rule.planned_deg - self.position_deg) > FOLLOW_DEG
         return behind or (self.still_ticks > STUCK_TICKS and abs(volts) > self.stall_v)
 
-    def duration_s(self, goal_deg):
+    def duration_s(self, goal_deg: float) -> float:
         """Seconds of a trapezoid from here to a goal."""
         cruise, acceleration = self.parameters["cruise"], self.parameters["acc"]
         way = abs(goal_deg - self.position_deg)
@@ -108,5 +121,6 @@ class Joint:
         return way / cruise + cruise / acceleration
 
     @property
-    def busy(self):
+    def busy(self) -> bool:
+        """Whether it does anything."""
         return self.mode != IDLE

@@ -43,33 +43,38 @@ class Faults:
     noise: float = 0.0
     silent: bool = False
     unplugged: bool = False
-    stalled: frozenset = frozenset()
-    reversed: frozenset = frozenset()
+    stalled: frozenset[int] = frozenset()
+    reversed: frozenset[int] = frozenset()
 
 
 class Plant:
-    """Two motors, their encoders, links and home switches."""
+    """Two motors, their encoders, links and home switches. Joints are counted from 0 here."""
 
-    def __init__(self, motors, faults):
+    def __init__(self, motors: tuple[Motor, Motor], faults: Faults) -> None:
         self.motors, self.faults = motors, faults
         self.positions = [180 / m.counts_per_turn for m in motors]  # in the middle of a count
         self.speeds, self.volts, self.links = [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]
 
-    def set_duty(self, j, duty):
+    def set_duty(self, j: int, duty: int) -> None:
+        """Set a motor's voltage, in 255ths of its supply."""
         self.volts[j] = duty * self.motors[j].supply_v / 255
 
-    def counts(self, j):
+    def counts(self, j: int) -> int:
+        """Edges that a joint's encoder has shown since it was switched on."""
         count = encoder_count(self.motors[j], self.positions[j])
         return -count if j + 1 in self.faults.reversed else count
 
-    def pressed(self, j):
+    def pressed(self, j: int) -> bool:
+        """Whether a joint's home switch is closed."""
         return self.links[j] <= SWITCHES_DEG[j]
 
     @property
-    def at_rest(self):
+    def at_rest(self) -> bool:
+        """Whether both motors stand still without voltage."""
         return self.speeds == [0.0, 0.0] and self.volts == [0.0, 0.0]
 
-    def tick(self):
+    def tick(self) -> None:
+        """Let both motors turn for TICK_S."""
         for j in (0, 1):
             if self.speeds[j] != 0.0 or self.volts[j] != 0.0:
                 self._turn(j, self.motors[j])
@@ -92,10 +97,12 @@ class VirtualPort(SerialBase):
     Attributes
     ----------
     faults : Faults
-    link_deg : (float, float), where the links really are: what no encoder sees
+    is_open : bool
     """
 
-    def open(self):
+    is_open: bool
+
+    def open(self) -> None:
         """Power the arm up.
 
         Raises
@@ -136,15 +143,15 @@ class VirtualPort(SerialBase):
             options["motors"] = "random" if "seed" in given else "bench"
         return options
 
-    def close(self):
+    def close(self) -> None:
         """Switch the arm off."""
         self.is_open = False
 
-    def clock(self):
+    def clock(self) -> float:
         """Seconds on the arm's clock since it was opened."""
         return self._ticks * TICK_S
 
-    def sleep(self, seconds):
+    def sleep(self, seconds: float) -> None:
         """Let time pass on the arm's clock."""
         with self._lock:
             self._check()
@@ -200,13 +207,14 @@ class VirtualPort(SerialBase):
         return (np.frombuffer(data, np.uint8) ^ flips).tobytes()
 
     @property
-    def in_waiting(self):
+    def in_waiting(self) -> int:
+        """How many bytes can be read at once."""
         with self._lock:
             self._check()
             self._catch_up()
             return len(self._out)
 
-    def read(self, size=1):
+    def read(self, size: int = 1) -> bytes:
         """Up to ``size`` bytes; waits for them no longer than the time-out, on the arm's clock."""
         deadline = None if self._timeout is None else self.clock() + (self._timeout and max(self._timeout, TICK_S))
         while True:
@@ -223,7 +231,7 @@ class VirtualPort(SerialBase):
                     continue
             time.sleep(TICK_S)
 
-    def write(self, data):
+    def write(self, data: bytes) -> int:
         """Bytes to the arm."""
         with self._lock:
             self._check()
@@ -231,15 +239,18 @@ class VirtualPort(SerialBase):
             self._controller.line.feed(self._on_the_wire(bytes(data)))
             return len(data)
 
-    def flush(self):
+    def flush(self) -> None:
+        """Nothing waits on the way out: what is written has arrived."""
         self._check()
 
-    def reset_input_buffer(self):
+    def reset_input_buffer(self) -> None:
+        """Throw away what has arrived and is not read yet."""
         with self._lock:
             self._check()
             self._out.clear()
 
-    def reset_output_buffer(self):
+    def reset_output_buffer(self) -> None:
+        """Nothing waits on the way out, so nothing is thrown away."""
         self._check()
 
     def _check(self):
@@ -249,25 +260,26 @@ class VirtualPort(SerialBase):
             raise SerialException("the device is gone: virtual://arm was unplugged")
 
     @property
-    def link_deg(self):
-        return tuple(self._plant.links)
+    def link_deg(self) -> tuple[float, float]:
+        """Where the links really are: what no encoder sees."""
+        return self._plant.links[0], self._plant.links[1]
 
     @property
-    def motor_deg(self):
+    def motor_deg(self) -> tuple[float, float]:
         """Where the motors really are; the links lag by their backlash."""
-        return tuple(self._plant.positions)
+        return self._plant.positions[0], self._plant.positions[1]
 
     @property
-    def motors(self):
+    def motors(self) -> tuple[Motor, Motor]:
         """The two motors: what calibration has to find out."""
         return self._plant.motors
 
     @property
-    def at_rest(self):
+    def at_rest(self) -> bool:
         """Whether both motors stand still without voltage."""
         return self._plant.at_rest
 
-    def reset(self):
+    def reset(self) -> None:
         """Restart the controller, as a dip of its supply does; the motors stop."""
         self._plant.speeds = [0.0, 0.0]
         self._controller.restart()
