@@ -51,7 +51,9 @@ def vote(points_Nx2: np.ndarray, directions_Nx2: np.ndarray, radius_px: float, s
     return votes
 
 
-def hough_circle(grey: np.ndarray, radii_px: Sequence[float]) -> tuple[tuple[float, float, float], np.ndarray]:
+def hough_circle(
+    grey: np.ndarray, radii_px: Sequence[float] | np.ndarray
+) -> tuple[tuple[float, float, float], np.ndarray]:
     """The circle with the most votes for each pixel of its rim: (u, v, radius) and the accumulator.
 
     Returns

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from stereo_lab.calibration import StereoCalibration, calibrate_recording
+from stereo_lab.detection import BallColor, Detection
 from stereo_lab.errors import StereoLabError
 from stereo_lab.localization.ours import ConeWay
 from stereo_lab.localization.paper import PaperWay
+from stereo_lab.recording import Position, Recording, Sample
 
-WAYS = {"cone": ConeWay, "paper": PaperWay}
+WAYS: dict[str, type[ConeWay] | type[PaperWay]] = {"cone": ConeWay, "paper": PaperWay}
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +37,14 @@ class Localizer:
     missed: tuple[str, ...] = ()
 
     @classmethod
-    def fit(cls, recording, method="cone", calibration=None, color=None, leave_out=()):
+    def fit(
+        cls,
+        recording: Recording,
+        method: str = "cone",
+        calibration: StereoCalibration | None = None,
+        color: BallColor | str | None = None,
+        leave_out: Sequence[Sample] = (),
+    ) -> Localizer:
         """Fit on the samples of a recording.
 
         Parameters
@@ -44,7 +54,7 @@ class Localizer:
             "paper": Eq. 1 and 2 on the position samples with use "fit", Eq. 4 on the depth
             samples with use "fit", plain Hough.
         calibration : StereoCalibration, optional; else the recording's own
-        color : BallColor, optional; else the recording's
+        color : BallColor or the name of one, optional; else the recording's
         leave_out : sequence of Sample, optional; samples that are to judge the fit, and so must not be fitted on
 
         Returns
@@ -65,7 +75,9 @@ class Localizer:
         }
         return cls(calibration, *WAYS[method].fit(recording, samples, calibration, color or recording.ball.color))
 
-    def locate(self, left, right, near=None):
+    def locate(
+        self, left: np.ndarray, right: np.ndarray, near: tuple[Detection, Detection] | None = None
+    ) -> Position | None:
         """Where the ball is, or None where no ball is seen by both cameras.
 
         Parameters
@@ -80,7 +92,9 @@ class Localizer:
         found = self.detect(left, right, near)
         return None if found is None else self.position(*found)
 
-    def detect(self, left, right, near=None):
+    def detect(
+        self, left: np.ndarray, right: np.ndarray, near: tuple[Detection, Detection] | None = None
+    ) -> tuple[Detection, Detection] | None:
         """The same ball in both pictures.
 
         Parameters
@@ -96,12 +110,12 @@ class Localizer:
         self.calibration.check_size(right)
         return self.way.detect(left, right, near)
 
-    def position(self, left, right):
+    def position(self, left: Detection, right: Detection) -> Position | None:
         """Two detections of one ball, in raw pixels, to a place on the bench: Position, or None."""
         return self.way.position(left, right)
 
 
-def disparities(localizer, samples):
+def disparities(localizer: Localizer, samples: Sequence[Sample]) -> tuple[np.ndarray, list[Sample]]:
     """Disparity d = u_left − u_right, in rectified px, of the ball in each sample where it is found.
 
     Parameters

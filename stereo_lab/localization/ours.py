@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stereo_lab.calibration import StereoCalibration
-from stereo_lab.detection import BALL, BallDetector
+from stereo_lab.detection import BALL, BallColor, BallDetector, Detection
 from stereo_lab.errors import CalibrationError
 from stereo_lab.localization.samples import check_enough
 from stereo_lab.position import RigidFit
-from stereo_lab.recording import Position
+from stereo_lab.recording import Position, Recording, Sample
 
 CENTER_SIGMA_PX = 0.03  # how well a ball's centre is known, for weighing samples
 RULER_SIGMA_MM = 0.6  # a ruler read to whole millimetres
@@ -40,13 +42,20 @@ class ConeWay:
     diameter_mm: float
 
     @classmethod
-    def fit(cls, recording, samples, calibration, color):
+    def fit(
+        cls,
+        recording: Recording,
+        samples: dict[str, list[Sample]],
+        calibration: StereoCalibration,
+        color: BallColor | str,
+    ) -> tuple[ConeWay, np.ndarray, tuple[str, ...]]:
         """The way, its residuals (see :class:`Localizer`) and the samples it missed."""
-        detectors = tuple(BallDetector(color, "cone", calibration.camera(side)) for side in ("left", "right"))
+        detector = lambda side: BallDetector(color, "cone", calibration.camera(side))
+        detectors = detector("left"), detector("right")
         diameter, depth = recording.ball.diameter_mm, recording.arm_depth_mm
-        samples = {f"{set_name}/{s.pair.name}": s for set_name, chosen in samples.items() for s in chosen}
+        named = {f"{set_name}/{s.pair.name}": s for set_name, chosen in samples.items() for s in chosen}
         found, places, missed = [], [], []
-        for name, sample in samples.items():
+        for name, sample in named.items():
             pair = find_pair(calibration, detectors, diameter, sample.pair.left, sample.pair.right)
             if pair is None:
                 missed.append(name)
@@ -55,26 +64,28 @@ class ConeWay:
             measured = sample.measured
             places.append([measured.x_mm, measured.y_mm, depth - measured.depth_mm])
         if len(found) < 3:
-            _check_rows(calibration, detectors, samples.values())
+            _check_rows(calibration, detectors, named.values())
         check_enough(found, missed, 3, recording)
         points = _triangulate(calibration, *zip(*found, strict=True))
         rigid = RigidFit.fit(points, np.array(places), _sigma(calibration, points))
         return cls(calibration, detectors, rigid, depth, diameter), rigid.residuals_mm * [1, 1, -1], tuple(missed)
 
-    def detect(self, left, right, near=None):
+    def detect(
+        self, left: np.ndarray, right: np.ndarray, near: tuple[Detection, Detection] | None = None
+    ) -> tuple[Detection, Detection] | None:
         """The same ball in both pictures, in raw pixels: first near its last place, then everywhere."""
         if near is not None:
             looks = zip(self.detectors, (left, right), near, strict=True)
-            found = tuple(detector.detect(image, before) for detector, image, before in looks)
-            if None not in found and _same_ball(self.calibration, self.diameter_mm, *found):
-                return found
+            one, other = (detector.detect(image, before) for detector, image, before in looks)
+            if one and other and _same_ball(self.calibration, self.diameter_mm, one, other):
+                return one, other
         return find_pair(self.calibration, self.detectors, self.diameter_mm, left, right)
 
-    def position(self, left, right):
+    def position(self, left: Detection, right: Detection) -> Position:
         """Two detections of one ball, triangulated and put on the bench."""
         return self.on_bench(_triangulate(self.calibration, [left], [right]))
 
-    def on_bench(self, point_1x3):
+    def on_bench(self, point_1x3: ArrayLike) -> Position:
         """A point of the rectified left camera, mm, as a place on the bench."""
         x, y, z = self.rigid.predict(point_1x3)[0]
         return Position(float(x), float(y), float(self.arm_depth_mm - z))
@@ -88,7 +99,13 @@ def _triangulate(calibration, left, right):
     )
 
 
-def find_pair(calibration, detectors, diameter_mm, left, right):
+def find_pair(
+    calibration: StereoCalibration,
+    detectors: Sequence[BallDetector],
+    diameter_mm: float,
+    left: np.ndarray,
+    right: np.ndarray,
+) -> tuple[Detection, Detection] | None:
     """Of all round things in both pictures, the two that are one ball: same row, right size, best scores.
 
     Parameters

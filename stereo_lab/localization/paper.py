@@ -8,11 +8,11 @@ import numpy as np
 
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.depth import PaperDepth
-from stereo_lab.detection import BallDetector
+from stereo_lab.detection import BallColor, BallDetector, Detection
 from stereo_lab.errors import RecordingError, StereoLabError
 from stereo_lab.localization.samples import check_enough
 from stereo_lab.position import LineFit
-from stereo_lab.recording import Position
+from stereo_lab.recording import Position, Recording, Sample
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,13 @@ class PaperWay:
     depth: PaperDepth
 
     @classmethod
-    def fit(cls, recording, samples, calibration, color):
+    def fit(
+        cls,
+        recording: Recording,
+        samples: dict[str, list[Sample]],
+        calibration: StereoCalibration,
+        color: BallColor | str,
+    ) -> tuple[PaperWay, np.ndarray, tuple[str, ...]]:
         """The way, its residuals (see :class:`Localizer`) and the samples it missed."""
         detector = BallDetector(color, "paper")
         plane, places, missed = _rectified_samples(recording, "position", samples, calibration, detector)
@@ -49,14 +55,16 @@ class PaperWay:
         residuals[len(plane) :, 2] = depth.residuals_mm
         return cls(calibration, detector, x_line, y_line, depth), residuals, (*missed, *lost)
 
-    def detect(self, left, right, near=None):
+    def detect(
+        self, left: np.ndarray, right: np.ndarray, near: tuple[Detection, Detection] | None = None
+    ) -> tuple[Detection, Detection] | None:
         """The strongest circle of each rectified picture, in raw pixels; None where one has none."""
         found = _in_rectified(self.calibration, self.detector, left, right)
         return (
             None if found is None else tuple(_raw(self.calibration, *side) for side in zip(found, SIDES, strict=True))
         )
 
-    def position(self, left, right):
+    def position(self, left: Detection, right: Detection) -> Position | None:
         """Eq. 1, 2 and 4; None where the disparity is not above zero: the circles are not one ball."""
         (u, v), (u_right, _) = self.calibration.rectify_centers(left, right)
         if u <= u_right:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence, Sized
+
 from stereo_lab.errors import StereoLabError
+from stereo_lab.recording import Recording
 
 
-def check_enough(found, missed, least, recording):
+def check_enough(found: Sized, missed: Sequence[str], least: int, recording: Recording) -> None:
     """Raise a StereoLabError that names the missed samples where fewer than ``least`` are left."""
     if len(found) < least:
         raise StereoLabError(
