@@ -7,13 +7,18 @@ computer to computer, their ratios hardly do. Pictures lie in memory and OpenCV 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
+from typing import Any
 
 import cv2
 import numpy as np
 
 from stereo_lab.arm import JointAngles, connect
 from stereo_lab.common.threads import one_thread
+from stereo_lab.detection import Detection
+from stereo_lab.kinematics import TwoLinkArm
 from stereo_lab.localization import Localizer
+from stereo_lab.recording import Position, Recording
 
 PAIRS = 24
 LOOKS = 3  # every pair is timed so often; its fastest time counts
@@ -23,7 +28,9 @@ SEARCHES = 20
 MOVES = 12
 
 
-def benchmark(recording, report=lambda step, done, total: None):
+def benchmark(
+    recording: Recording, report: Callable[[str, int, int], object] = lambda step, done, total: None
+) -> dict[str, list[dict[str, Any]]]:
     """Measure each way of doing a thing, in one run.
 
     Parameters
@@ -45,7 +52,7 @@ def benchmark(recording, report=lambda step, done, total: None):
     return {"locating": _beside(vision), "inverse_kinematics": _beside(solving), "virtual_arm": moving}
 
 
-def page(groups):
+def page(groups: dict[str, list[dict[str, Any]]]) -> str:
     """The groups as text for the terminal."""
     titles = {
         "locating": ("One pair of pictures to the ball's place", "depth, mean error (mm)"),
@@ -67,18 +74,21 @@ def _beside(rows):
     return [{**row, "times": rows[0]["ms"] / row["ms"]} for row in rows]
 
 
-def locating(recording, report=lambda step, done, total: None):
+def locating(
+    recording: Recording, report: Callable[[str, int, int], object] = lambda step, done, total: None
+) -> list[dict[str, Any]]:
     """The paper's way, ours searching the whole picture, ours told where to look, and dense stereo."""
     samples = [s for s in recording.samples("evaluation") if s.use == "volume"][:PAIRS]
     paper, cone = (Localizer.fit(recording, method) for method in ("paper", "cone"))
     dense = DenseStereo(cone)
-    ways = {
+    ways: dict[str, Callable[[tuple[np.ndarray, np.ndarray], Any], Position | None]] = {
         "the paper's way": lambda pair, seen: paper.locate(*pair),
         "cone, whole pictures": lambda pair, seen: cone.locate(*pair),
         "cone, near the last place": lambda pair, seen: cone.locate(*pair, near=seen),
         "dense stereo (SGBM), at the ball": lambda pair, seen: dense.locate(*pair, seen),
     }
-    spent, errors = ({name: [] for name in ways} for _ in range(2))
+    spent: dict[str, list[float]] = {name: [] for name in ways}
+    errors: dict[str, list[float]] = {name: [] for name in ways}
     for k, sample in enumerate(samples):
         report("locate the ball", k, len(samples))
         pair = sample.pair.left, sample.pair.right
@@ -98,12 +108,12 @@ def locating(recording, report=lambda step, done, total: None):
 class DenseStereo:
     """A disparity for every pixel (cv2.StereoSGBM), and the ball's taken from it."""
 
-    def __init__(self, localizer):
+    def __init__(self, localizer: Localizer) -> None:
         self.localizer, self.calibration = localizer, localizer.calibration
         largest = self.calibration.focal_px * self.calibration.baseline_mm / 400  # nothing nearer than 0.4 m
-        self.matcher = cv2.StereoSGBM_create(0, 16 * int(np.ceil(largest / 16)), 5, 200, 800, 1, 0, 10, 100, 2)
+        self.matcher = cv2.StereoSGBM.create(0, 16 * int(np.ceil(largest / 16)), 5, 200, 800, 1, 0, 10, 100, 2)
 
-    def locate(self, left, right, seen):
+    def locate(self, left: np.ndarray, right: np.ndarray, seen: tuple[Detection, Detection] | None) -> Position | None:
         """The ball's place, the disparity being the median inside its circle; None where there is none."""
         if seen is None:
             return None
@@ -116,9 +126,8 @@ class DenseStereo:
             return None
         surface = np.median(inside)
         point = self.calibration.triangulate([[u, v]], [[u - surface, v]])
-        return self.localizer.way.on_bench(
-            point * (1 + self.localizer.way.diameter_mm / 2 / np.linalg.norm(point))  # from surface to centre
-        )
+        way: Any = self.localizer.way  # the cone's, which knows the ball's diameter
+        return way.on_bench(point * (1 + way.diameter_mm / 2 / np.linalg.norm(point)))  # from surface to centre
 
 
 def _fastest(way):
@@ -131,7 +140,7 @@ def _fastest(way):
     return 1000 * best, result
 
 
-def inverse_kinematics(arm):
+def inverse_kinematics(arm: TwoLinkArm) -> list[dict[str, Any]]:
     """Eq. 5 and 6 one by one and as arrays, a search, and ikpy where it is installed."""
     rng = np.random.default_rng(5)
     points = _reachable(arm, rng, POINTS)
@@ -162,7 +171,7 @@ def _solved(arm, way, ms, angles, points):
     return {"way": way, "ms": float(ms), "error_mm": float(np.hypot(*(hands - points).T).mean())}
 
 
-def search(arm, x_mm, y_mm, steps=400):
+def search(arm: TwoLinkArm, x_mm: float, y_mm: float, steps: int = 400) -> JointAngles:
     """Inverse kinematics by damped least squares, the search of lesson 05."""
     theta, goal = np.array([20.0, 40.0]), np.array([x_mm, y_mm])
     for _ in range(steps):
@@ -199,7 +208,7 @@ def _by_ikpy(chain, x_mm, y_mm):
     return JointAngles(*np.degrees(found[1:3]))
 
 
-def virtual_arm():
+def virtual_arm() -> list[dict[str, Any]]:
     """Seconds on the arm's clock for each second of ours: homing, then moves to and fro."""
     with connect("virtual://arm") as arm:
         homing = _pace(arm, arm.home)

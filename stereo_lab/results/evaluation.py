@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from stereo_lab.calibration import find_calibration
-from stereo_lab.detection import HUES, BallDetector
+from stereo_lab.calibration import StereoCalibration, find_calibration
+from stereo_lab.detection import HUES, BallDetector, Detection
 from stereo_lab.errors import StereoLabError
 from stereo_lab.localization import Localizer, find_pair
-from stereo_lab.recording import open_recording
+from stereo_lab.recording import Position, Recording, Sample, open_recording
 
 METHODS = ("paper", "cone")
 AXES = ("x_mm", "y_mm", "depth_mm")
@@ -19,28 +21,40 @@ AXES = ("x_mm", "y_mm", "depth_mm")
 
 @dataclass(eq=False)
 class Results:
-    """What a demo run found; ``facts()`` is its JSON."""
+    """What a demo run found; ``facts()`` is its JSON.
 
-    recording: object
-    calibration: object
+    Attributes
+    ----------
+    recording : Recording
+    calibration, calibration_source : StereoCalibration, and where it comes from
+    localizers : dict, method -> Localizer
+    failed : dict, method -> why it could not be fitted
+    snaps, clutter : dict, method -> its frames and how many were right; None without that set
+    found : dict, method -> list of (Sample, Position or None)
+    centers : dict, method -> list of (du, dv), px: centre found minus true centre
+    disparity_sigma_px : float, root mean square error of the disparity, rectified px; None where no truth is known
+    """
+
+    recording: Recording
+    calibration: StereoCalibration
     calibration_source: str
-    localizers: dict = field(default_factory=dict)
-    failed: dict = field(default_factory=dict)  # method -> why it could not be fitted
+    localizers: dict[str, Localizer] = field(default_factory=dict)
+    failed: dict[str, str] = field(default_factory=dict)
     snaps: dict | None = None
     clutter: dict | None = None
-    found: dict = field(default_factory=dict)  # method -> list of (Sample, Position or None)
-    centers: dict = field(default_factory=dict)  # method -> list of (du, dv), px
+    found: dict[str, list[tuple[Sample, Position | None]]] = field(default_factory=dict)
+    centers: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
     disparity_sigma_px: float | None = None
 
     @property
-    def limit_depth_mm(self):
+    def limit_depth_mm(self) -> float | None:
         """Mean of Z² / (f·B)·σ_d over the volume poses, σ_d as measured."""
         depths = [s.reference.depth_mm for s, _ in self.found.get("cone", []) if s.use == "volume"]
         if not depths or self.disparity_sigma_px is None:
             return None
         return float(np.mean(self.calibration.depth_per_px(np.array(depths))) * self.disparity_sigma_px)
 
-    def errors(self, method, use):
+    def errors(self, method: str, use: str) -> tuple[np.ndarray, np.ndarray]:
         """x, y and depth errors in mm of one method, shape (N, 3), and the true depths, shape (N,)."""
         rows = [
             [
@@ -52,10 +66,10 @@ class Results:
             for s, p in self.found.get(method, [])
             if s.use == use and p is not None
         ]
-        rows = np.array(rows, float).reshape(-1, 4)
-        return rows[:, :3], rows[:, 3]
+        table = np.array(rows, float).reshape(-1, 4)
+        return table[:, :3], table[:, 3]
 
-    def facts(self):
+    def facts(self) -> dict[str, Any]:
         """Everything as plain numbers, ready for JSON; None where the recording lacks the set."""
         centers = {m: _center_facts(self.centers[m]) for m in METHODS if self.centers.get(m)}
         return {
@@ -94,7 +108,7 @@ def _center_facts(offsets):
     return {"mean": float(distance.mean()), "max": float(distance.max())}
 
 
-def is_hit(detection, circle):
+def is_hit(detection: Detection | None, circle: Sequence[float]) -> bool:
     """A hit: a centre within max(3 px, a quarter of the radius) of the true (u, v, radius_px)."""
     if detection is None:
         return False
@@ -102,7 +116,9 @@ def is_hit(detection, circle):
     return bool(np.hypot(detection.u - u, detection.v - v) <= max(3.0, radius / 4))
 
 
-def evaluate(recording, report=lambda step, done, total: None):
+def evaluate(
+    recording: Recording, report: Callable[[str, int, int], object] = lambda step, done, total: None
+) -> Results:
     """Run the whole chain, the paper's way and ours, on all sets that a recording has.
 
     Parameters
@@ -151,7 +167,7 @@ def _right(detection, true, side):
     return detection is None if true is None else is_hit(detection, true[side])
 
 
-def clutter_of(recording):
+def clutter_of(recording: Recording) -> Recording | None:
     """The recording of clutter that the same cameras took, beside this one; None where there is none."""
     for path in sorted(Path(recording.path.parent).glob("*/recording.json")):
         try:

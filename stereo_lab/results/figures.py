@@ -10,26 +10,35 @@ import numpy as np
 
 from stereo_lab import plots
 from stereo_lab.detection import BLUR_PX, BallColor, detect_paper
+from stereo_lab.results.evaluation import Results
 
 PAPER_PLANE_MM = 10.0  # the paper's Fig. 8: x and y within ±1 cm
 
 
 class Figure(NamedTuple):
-    """A figure of the report: what draws it, what it needs, and its caption."""
+    """A figure of the report.
 
-    draw: Callable
-    sets: set  # of pictures
-    methods: set  # fitted
-    judged: str  # the kind of samples it shows: "plane", "volume" or "" for none
+    Attributes
+    ----------
+    draw : function(results) -> the figure
+    sets, methods : set of str, the sets of pictures it needs, and the fitted methods
+    judged : str, the kind of samples it shows: "plane", "volume" or "" for none
+    caption : str
+    """
+
+    draw: Callable[[Results], plots.Figure]
+    sets: set[str]
+    methods: set[str]
+    judged: str
     caption: str
 
-    def fits(self, results):
+    def fits(self, results: Results) -> bool:
         """Whether a run has what the figure needs."""
         there = self.sets <= set(results.recording.sets) and self.methods <= set(results.localizers)
         return there and all(len(results.errors(m, self.judged)[0]) or not self.judged for m in self.methods)
 
 
-def draw_epipolar(results):
+def draw_epipolar(results: Results) -> plots.Figure:
     """Fig. 2: rows before and after rectification."""
     pair = next(p for p in results.recording.pairs("calibration") if p.name in results.calibration.used)
     raw = (pair.left, pair.right)
@@ -40,13 +49,13 @@ def draw_epipolar(results):
     return fig
 
 
-def draw_detection(results):
+def draw_detection(results: Results) -> plots.Figure:
     """Fig. 4: from the picture to the circle."""
     image = results.recording.samples("position")[0].pair.left
     color = BallColor.named(results.recording.ball.color)
     mask = color.mask(image)
     found = detect_paper(image, color)
-    cone = results.localizers["cone"].way.detectors[0].detect(image)
+    cone = results.localizers["cone"].way.detectors[0].detect(image)  # type: ignore[union-attr]  # a ConeWay
     fig, axes = plots.figure(1, 3, height=3.6, width=12)
     plots.show_image(cv2.cvtColor(mask, cv2.COLOR_GRAY2BGR), "In the colour range", axes[0, 0])
     blurred = cv2.GaussianBlur(mask, (BLUR_PX, BLUR_PX), 0)
@@ -58,16 +67,17 @@ def draw_detection(results):
     return fig
 
 
-def draw_lines(results):
+def draw_lines(results: Results) -> plots.Figure:
     """Fig. 5: the two straight lines of Eq. 1 and 2."""
     localizer = results.localizers["paper"]
-    seen = {"fit": [], "check": []}
+    seen: dict[str, list] = {"fit": [], "check": []}
     for sample in results.recording.samples("position"):
         pair = localizer.detect(sample.pair.left, sample.pair.right)
         if pair is not None and sample.use in seen:
             (u, v), _ = results.calibration.rectify_centers(*pair)
             seen[sample.use].append((u, v, sample.measured.x_mm, sample.measured.y_mm))
     fit, check = (np.array(seen[k] or [[np.nan] * 4]) for k in ("fit", "check"))
+    lines = localizer.way.x_line, localizer.way.y_line  # type: ignore[union-attr]  # a PaperWay
     fig, axes = plots.figure(1, 2, height=4.6)
     for k, (pixel, length) in enumerate((("u (px, rectified)", "x (mm)"), ("v (px, rectified)", "y (mm)"))):
         title = f"{length[0]} is a straight line in {pixel[0]}"
@@ -76,7 +86,7 @@ def draw_lines(results):
             fit[:, 2 + k],
             check[:, k],
             check[:, 2 + k],
-            (localizer.way.x_line, localizer.way.y_line)[k],
+            lines[k],
             (pixel, length),
             title,
             axes[0, k],
@@ -84,7 +94,7 @@ def draw_lines(results):
     return fig
 
 
-def draw_scatter(results):
+def draw_scatter(results: Results) -> plots.Figure:
     """Fig. 8: errors in the arm's plane."""
     fig, axes = plots.figure(1, 2, height=5.2)
     for k, (method, name) in enumerate((("paper", "Two lines"), ("cone", "Rigid fit"))):
@@ -103,7 +113,7 @@ def draw_scatter(results):
     return fig
 
 
-def draw_histogram(results):
+def draw_histogram(results: Results) -> plots.Figure:
     """Fig. 9: how large the depth error is, up to the far end of the volume."""
     fig, axes = plots.figure(1, 2, height=4.4)
     for k, (method, name) in enumerate((("paper", "Eq. 4"), ("cone", "Cone and triangulation"))):

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import base64
 import html
+from pathlib import Path
 
 from stereo_lab import plots
 from stereo_lab.common.files import write_whole
+from stereo_lab.results.evaluation import Results
 from stereo_lab.results.figures import FIGURES
 
 PAPER_DEPTH_MM = 8.0  # the paper's Fig. 9: mean depth error, up to 2 m
 
 
-def rows(results):
+def rows(results: Results) -> list[tuple[str, str, str, str]]:
     """The table "paper | paper's method here | ours": list of (what, paper, theirs, ours)."""
     facts = results.facts()
     table = [("stereo reprojection error, RMS (px)", "", "", f"{facts['calibration']['rms_px']:.3f}")]
@@ -50,7 +52,7 @@ def _evaluation_rows(facts):
     return table
 
 
-def page(results):
+def page(results: Results) -> str:
     """The table as text, and what it says in words."""
     table = [("", "paper", "its method here", "ours"), *rows(results)]
     widths = [max(len(row[k]) for row in table) for k in range(4)]
@@ -62,7 +64,7 @@ def page(results):
     return "\n".join([*lines, "", *sentences(results)])
 
 
-def sentences(results):
+def sentences(results: Results) -> list[str]:
     """What the numbers mean, plainly."""
     facts = results.facts()
     said = [f"Calibration: {facts['calibration']['verdict']}. {facts['calibration']['reasons'][0]}"]
@@ -84,7 +86,7 @@ def sentences(results):
     return said
 
 
-def write(results, path):
+def write(results: Results, path: str | Path) -> None:
     """Write the report: one HTML file with the paper's figures 2, 4, 5, 8 and 9 drawn from this run."""
     sections = [_section(figure.draw(results), figure.caption) for figure in FIGURES if figure.fits(results)]
     kind = (
