@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 
 from stereo_lab.cli.arm import run_arm
 from stereo_lab.cli.checks import run_bench, run_test
@@ -12,7 +13,7 @@ from stereo_lab.cli.vision import run_calibrate, run_demo, run_detect, run_impor
 from stereo_lab.errors import StereoLabError
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code 0 (done), 1 (found wanting) or 2 (bad usage or input)."""
     options = _parser().parse_args(arguments)
     try:

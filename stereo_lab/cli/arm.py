@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import sys
 import time
@@ -10,7 +11,8 @@ from stereo_lab.cli.terminal import OK, write_json_option
 from stereo_lab.errors import StereoLabError
 
 
-def run_arm(options):
+def run_arm(options: argparse.Namespace) -> int:
+    """Do one thing with an arm: list the ports, or one of ``ARM_ACTIONS``. The exit code is OK."""
     from stereo_lab.arm import connect, ports
 
     if options.url == "list":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import subprocess
 import sys
 import tempfile
@@ -9,7 +10,8 @@ import tempfile
 from stereo_lab.cli.terminal import OK, Progress, write_json_option
 
 
-def run_bench(options):
+def run_bench(options: argparse.Namespace) -> int:
+    """Measure and print speed and accuracy beside the alternatives. The exit code is OK."""
     from stereo_lab.recording import open_recording
     from stereo_lab.results.benchmark import benchmark, page
 
@@ -22,7 +24,7 @@ def run_bench(options):
     return OK
 
 
-def run_test(options):
+def run_test(options: argparse.Namespace) -> int:
     """The package's tests and the notebooks, side by side: one is run by pytest, the other by nbval."""
     from stereo_lab.recording import REPOSITORY
 

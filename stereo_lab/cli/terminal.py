@@ -14,17 +14,17 @@ OK, WANTING, BAD_INPUT, STOPPED = 0, 1, 2, 130
 class Progress:
     """A progress line on the terminal, kept off files and pipes."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._shown = 0.0
         self._on = sys.stderr.isatty()
 
-    def __enter__(self):
+    def __enter__(self) -> Progress:
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         clear_line()
 
-    def __call__(self, step, done, total):
+    def __call__(self, step: str, done: int, total: int) -> None:
         now = time.monotonic()
         if not self._on or (done < total and now - self._shown < 0.1):
             return
@@ -38,12 +38,14 @@ class Progress:
         )
 
 
-def clear_line():
+def clear_line() -> None:
+    """Wipe the progress line off the terminal."""
     if sys.stderr.isatty():
         print("\r\033[K", end="", file=sys.stderr, flush=True)
 
 
-def write_json_option(path, content):
+def write_json_option(path: str | None, content: object) -> None:
+    """Write what ``--json`` asks for: to a file, to the terminal for ``-``, nowhere for None."""
     from stereo_lab.common.files import write_json
 
     if path == "-":
@@ -52,6 +54,6 @@ def write_json_option(path, content):
         write_json(path, content)
 
 
-def me():
+def me() -> str:
     """How the person called the kit: by lab.py, or by the command itself."""
     return os.environ.get("STEREO_LAB_COMMAND") or (shutil.which("stereo-lab") and "stereo-lab") or "python3 lab.py"

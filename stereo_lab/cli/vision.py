@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import sys
 import time
@@ -11,7 +12,8 @@ from stereo_lab.cli.terminal import OK, WANTING, Progress, me, write_json_option
 from stereo_lab.errors import StereoLabError
 
 
-def run_demo(options):
+def run_demo(options: argparse.Namespace) -> int:
+    """Run the whole chain on a recording and write its report; WANTING where the calibration is poor."""
     os.environ.setdefault("MPLBACKEND", "agg")  # figures go to a file: no window is needed, nor a screen
     from stereo_lab.recording import open_recording
     from stereo_lab.results import report
@@ -32,7 +34,8 @@ def run_demo(options):
     return WANTING if results.calibration.verdict == "poor" else OK
 
 
-def run_calibrate(options):
+def run_calibrate(options: argparse.Namespace) -> int:
+    """Calibrate the cameras of a recording and print what it is worth; WANTING where it is poor."""
     from stereo_lab.calibration import boards_of, calibrate_anew
     from stereo_lab.recording import open_recording
 
@@ -65,7 +68,8 @@ def run_calibrate(options):
     return WANTING if result.verdict == "poor" else OK
 
 
-def run_detect(options):
+def run_detect(options: argparse.Namespace) -> int:
+    """Find the ball in pictures and print where it is. The exit code is OK."""
     from stereo_lab.detection import BallColor, BallDetector
     from stereo_lab.recording import read_image
 
@@ -106,7 +110,8 @@ def _color_from(path):
     return BallColor.from_samples(images, circles)
 
 
-def run_import(options):
+def run_import(options: argparse.Namespace) -> int:
+    """Make a recording from board pictures taken elsewhere. The exit code is OK."""
     from stereo_lab.common.files import finite_number
     from stereo_lab.recording import Ball, Board, import_images
 
@@ -131,7 +136,8 @@ def run_import(options):
     return OK
 
 
-def run_render(options):
+def run_render(options: argparse.Namespace) -> int:
+    """Render a recording by a rig of ``data/render``. The exit code is OK."""
     from stereo_lab.recording import REPOSITORY
 
     folder = REPOSITORY / "data" / "render"
