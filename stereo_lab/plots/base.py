@@ -6,22 +6,28 @@ Colours are those of Okabe and Ito; marker and dash tell the same story to whoev
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 BLUE, ORANGE, GREEN, VERMILION, BLACK = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#000000"
-STYLE = {"font.size": 12, "axes.titlesize": 13, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 100}
+STYLE: dict[Any, Any] = {"font.size": 12, "axes.titlesize": 13, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 100}
+Numbers = Sequence[float] | np.ndarray  # where they are counted or taken one by one
 
 
-def figure(rows=1, columns=1, height=4.5, width=11.0):
+def figure(rows: int = 1, columns: int = 1, height: float = 4.5, width: float = 11.0) -> tuple[Figure, np.ndarray]:
     """A figure in the kit's style; returns figure and axes."""
     plt.draw_if_interactive()  # loads Jupyter's backend first: inside rc_context its settings would be undone
     with plt.rc_context(STYLE):
         return plt.subplots(rows, columns, figsize=(width, height), layout="constrained", squeeze=False)
 
 
-def png(fig):
+def png(fig: Figure) -> bytes:
     """A finished figure as the bytes of a PNG file; the figure is closed."""
     data = io.BytesIO()
     fig.savefig(data, format="png")
@@ -29,7 +35,7 @@ def png(fig):
     return data.getvalue()
 
 
-def show_image(image, title, ax=None):
+def show_image(image: np.ndarray, title: str, ax: Axes | None = None) -> Axes:
     """A BGR picture with its own shape."""
     ax = ax or plt.gca()
     ax.imshow(image[..., ::-1], interpolation="nearest")
@@ -40,7 +46,7 @@ def show_image(image, title, ax=None):
     return ax
 
 
-def side_by_side(left, right, rows_px, title, ax=None):
+def side_by_side(left: np.ndarray, right: np.ndarray, rows_px: Numbers, title: str, ax: Axes | None = None) -> Axes:
     """Two pictures next to each other with lines at the same rows through both."""
     ax = show_image(np.hstack([left, right]), title, ax)
     for k, row in enumerate(rows_px):
@@ -48,7 +54,7 @@ def side_by_side(left, right, rows_px, title, ax=None):
     return ax
 
 
-def mark_ball(u, v, radius_px, ax=None, color=BLUE):
+def mark_ball(u: float, v: float, radius_px: float, ax: Axes | None = None, color: str = BLUE) -> Axes:
     """A circle and a cross on a ball."""
     ax = ax or plt.gca()
     ax.autoscale(False)
@@ -57,7 +63,16 @@ def mark_ball(u, v, radius_px, ax=None, color=BLUE):
     return ax
 
 
-def line_fit(pixels, lengths_mm, check_pixels, check_mm, line, names, title, ax=None):
+def line_fit(
+    pixels: Numbers,
+    lengths_mm: ArrayLike,
+    check_pixels: Numbers,
+    check_mm: ArrayLike,
+    line: Any,
+    names: tuple[str, str],
+    title: str,
+    ax: Axes | None = None,
+) -> Axes:
     """Samples, check samples and the straight line through them; names are the axis labels."""
     ax = ax or plt.gca()
     span = np.array([min(*pixels, *check_pixels), max(*pixels, *check_pixels)])
@@ -71,7 +86,15 @@ def line_fit(pixels, lengths_mm, check_pixels, check_mm, line, names, title, ax=
     return ax
 
 
-def scatter_errors(x_mm, y_mm, limit_mm, title, ax=None, color=BLUE, marker="o"):
+def scatter_errors(
+    x_mm: np.ndarray,
+    y_mm: np.ndarray,
+    limit_mm: float,
+    title: str,
+    ax: Axes | None = None,
+    color: str = BLUE,
+    marker: str = "o",
+) -> Axes:
     """Errors in x and y round zero, with the paper's ±1 cm as a box."""
     ax = ax or plt.gca()
     ax.plot(x_mm, y_mm, marker, color=color, markersize=7, alpha=0.8)
@@ -87,7 +110,9 @@ def scatter_errors(x_mm, y_mm, limit_mm, title, ax=None, color=BLUE, marker="o")
     return ax
 
 
-def histogram_errors(errors_mm, title, ax=None, color=BLUE, hatch=""):
+def histogram_errors(
+    errors_mm: ArrayLike, title: str, ax: Axes | None = None, color: str = BLUE, hatch: str = ""
+) -> Axes:
     """How often each depth error occurs, with its mean size as a dashed line."""
     ax = ax or plt.gca()
     size = np.abs(errors_mm)

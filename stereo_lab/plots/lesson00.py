@@ -4,13 +4,24 @@ from __future__ import annotations
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import ArrayLike
 
-from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION
+from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION, Numbers
 
 __all__ = ["jump_against_depth", "rig_from_above"]
 
 
-def rig_from_above(left_x_mm, baseline_mm, arm_depth_mm, reach_mm, balls_x_mm, balls_depth_mm, title, ax=None):
+def rig_from_above(
+    left_x_mm: float,
+    baseline_mm: float,
+    arm_depth_mm: float,
+    reach_mm: float,
+    balls_x_mm: Numbers,
+    balls_depth_mm: Numbers,
+    title: str,
+    ax: Axes | None = None,
+) -> Axes:
     """The bench from above: two cameras, the plane of the arm, and places of the ball; all in mm."""
     ax = ax or plt.gca()
     cameras = np.array([left_x_mm, left_x_mm + baseline_mm])
@@ -34,7 +45,7 @@ def rig_from_above(left_x_mm, baseline_mm, arm_depth_mm, reach_mm, balls_x_mm, b
     return ax
 
 
-def jump_against_depth(jumps_px, depths_mm, title, ax=None):
+def jump_against_depth(jumps_px: ArrayLike, depths_mm: ArrayLike, title: str, ax: Axes | None = None) -> Axes:
     """Depth of the ball against its jump from the left picture to the right one."""
     ax = ax or plt.gca()
     ax.plot(jumps_px, depths_mm, "o", color=BLUE, markersize=9)

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-import matplotlib.pyplot as plt
+from collections.abc import Collection, Sequence
 
-from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+
+from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION, Numbers
 
 __all__ = ["error_by_pair", "grids", "how_many_pairs", "mark_corners"]
 
 
-def grids(straight, bent, image_size, title, ax=None):
+def grids(
+    straight: Sequence[np.ndarray],
+    bent: Sequence[np.ndarray],
+    image_size: tuple[int, int],
+    title: str,
+    ax: Axes | None = None,
+) -> Axes:
     """Two grids, lists of lines (N, 2) in px: as a pinhole would see it, and as the lens shows it."""
     ax = ax or plt.gca()
     for k, line in enumerate(straight):
@@ -26,7 +36,7 @@ def grids(straight, bent, image_size, title, ax=None):
     return ax
 
 
-def mark_corners(corners_Nx2, columns, ax=None):
+def mark_corners(corners_Nx2: np.ndarray, columns: int, ax: Axes | None = None) -> Axes:
     """Dots on the corners of a board, a line along each row, the first corner larger."""
     ax = ax or plt.gca()
     for start in range(0, len(corners_Nx2), columns):
@@ -36,7 +46,14 @@ def mark_corners(corners_Nx2, columns, ax=None):
     return ax
 
 
-def error_by_pair(names, errors_px, typical_px, dropped, title, ax=None):
+def error_by_pair(
+    names: Sequence[str],
+    errors_px: Numbers,
+    typical_px: float,
+    dropped: Collection[str],
+    title: str,
+    ax: Axes | None = None,
+) -> Axes:
     """Reprojection error of every pair as a bar; dropped pairs hatched."""
     ax = ax or plt.gca()
     for k, (name, error) in enumerate(zip(names, errors_px, strict=True)):
@@ -51,7 +68,7 @@ def error_by_pair(names, errors_px, typical_px, dropped, title, ax=None):
     return ax
 
 
-def how_many_pairs(counts, used_px, unseen_px, title, ax=None):
+def how_many_pairs(counts: Numbers, used_px: Numbers, unseen_px: Numbers, title: str, ax: Axes | None = None) -> Axes:
     """Error on the pairs of the fit and on unseen ones, against the number of pairs."""
     ax = ax or plt.gca()
     ax.plot(counts, unseen_px, "-s", color=VERMILION, markersize=8)

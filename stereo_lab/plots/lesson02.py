@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import ArrayLike
 
 from stereo_lab.plots.base import BLACK, BLUE, ORANGE, VERMILION
 
 __all__ = ["answers_bar", "flow", "heat", "hue_circle", "mask_view"]
 
 
-def mask_view(mask, title, ax=None):
+def mask_view(mask: np.ndarray, title: str, ax: Axes | None = None) -> Axes:
     """A mask: white where pixels are kept."""
     ax = ax or plt.gca()
     ax.imshow(mask, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
@@ -21,7 +25,7 @@ def mask_view(mask, title, ax=None):
     return ax
 
 
-def hue_circle(title, ax=None):
+def hue_circle(title: str, ax: Axes | None = None) -> Axes:
     """OpenCV's hues, 0 to 179, as a band of colours; red at both ends."""
     ax = ax or plt.gca()
     band = plt.get_cmap("hsv")(np.linspace(0, 1, 180))[None, :, :3]
@@ -38,7 +42,7 @@ def hue_circle(title, ax=None):
     return ax
 
 
-def heat(votes, center, title, ax=None):
+def heat(votes: np.ndarray, center: tuple[float, float] | None, title: str, ax: Axes | None = None) -> Axes:
     """Votes as a heat map; a cross on a centre (u, v), or none."""
     ax = ax or plt.gca()
     picture = ax.imshow(votes, cmap="inferno", interpolation="nearest")
@@ -53,7 +57,7 @@ def heat(votes, center, title, ax=None):
     return ax
 
 
-def flow(steps, title, ax=None):
+def flow(steps: Sequence[str], title: str, ax: Axes | None = None) -> Axes:
     """Boxes from left to right with arrows: the steps of an algorithm."""
     ax = ax or plt.gca()
     for k, text in enumerate(steps):
@@ -69,7 +73,9 @@ def flow(steps, title, ax=None):
     return ax
 
 
-def answers_bar(names, paper_percent, ours_percent, title, ax=None):
+def answers_bar(
+    names: Sequence[str], paper_percent: ArrayLike, ours_percent: ArrayLike, title: str, ax: Axes | None = None
+) -> Axes:
     """Right answers of both methods, in percent, for a few kinds of pictures."""
     ax = ax or plt.gca()
     place = np.arange(len(names))

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import ArrayLike
 
-from stereo_lab.plots.base import BLACK, BLUE, GREEN, VERMILION
+from stereo_lab.plots.base import BLACK, BLUE, GREEN, VERMILION, Numbers
 
 __all__ = ["error_against_depth", "rays_spread"]
 
 
-def error_against_depth(series, plane_mm, title, ax=None):
+def error_against_depth(
+    series: Sequence[tuple[str, ArrayLike, ArrayLike]], plane_mm: float, title: str, ax: Axes | None = None
+) -> Axes:
     """Size of an error against depth: ``series`` is a list of (name, depths in mm, errors in mm)."""
     ax = ax or plt.gca()
     for (name, depth, error), (color, mark) in zip(series, ((VERMILION, "s"), (BLUE, "o")), strict=False):
@@ -26,7 +32,7 @@ def error_against_depth(series, plane_mm, title, ax=None):
     return ax
 
 
-def rays_spread(x_per_z, depths_mm, plane_mm, title, ax=None):
+def rays_spread(x_per_z: Numbers, depths_mm: Numbers, plane_mm: float, title: str, ax: Axes | None = None) -> Axes:
     """Rays of a few pixels from above: how far to the side each is at a few depths; all in mm."""
     ax = ax or plt.gca()
     far = max(depths_mm)

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import ArrayLike
 
 from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION
 
 __all__ = ["depth_curves", "depth_terms", "error_band", "error_of_baseline", "similar_triangles"]
 
 
-def similar_triangles(baseline_mm, focal_px, depth_mm, x_mm, title, ax=None):
+def similar_triangles(
+    baseline_mm: float, focal_px: float, depth_mm: float, x_mm: float, title: str, ax: Axes | None = None
+) -> Axes:
     """Two pinhole cameras from above, the ball, and where its rays meet the sensors (not to scale)."""
     ax = ax or plt.gca()
     sensor = 0.18 * depth_mm  # drawn length of the focal distance
@@ -25,7 +31,7 @@ def similar_triangles(baseline_mm, focal_px, depth_mm, x_mm, title, ax=None):
         ax.annotate(f"{name} camera", (x, 0), xytext=(0, -20), textcoords="offset points", ha="center")
         ax.annotate(f"u {name}", (hit, sensor), xytext=(8, 6), textcoords="offset points", color=color)
     ax.plot(*ball, "o", color=ORANGE, markersize=18, markeredgecolor=BLACK)
-    ax.annotate("ball", ball, xytext=(14, -4), textcoords="offset points")
+    ax.annotate("ball", (x_mm, depth_mm), xytext=(14, -4), textcoords="offset points")
     far = baseline_mm * 1.75
     ax.annotate("", (far, 0), (far, depth_mm), arrowprops={"arrowstyle": "<->"})
     ax.annotate(" Z", (far, depth_mm / 2))
@@ -40,7 +46,15 @@ def similar_triangles(baseline_mm, focal_px, depth_mm, x_mm, title, ax=None):
     return ax
 
 
-def depth_curves(curves, fit_px, fit_mm, check_px, check_mm, title, ax=None):
+def depth_curves(
+    curves: Sequence[tuple[str, ArrayLike, ArrayLike]],
+    fit_px: ArrayLike,
+    fit_mm: ArrayLike,
+    check_px: ArrayLike,
+    check_mm: ArrayLike,
+    title: str,
+    ax: Axes | None = None,
+) -> Axes:
     """Depth against disparity: ``curves`` is a list of (name, disparities, depths); samples as marks."""
     ax = ax or plt.gca()
     styles = ((BLUE, "-"), (VERMILION, "--"), (GREEN, "-."))
@@ -55,7 +69,7 @@ def depth_curves(curves, fit_px, fit_mm, check_px, check_mm, title, ax=None):
     return ax
 
 
-def depth_terms(d_px, terms, title, ax=None):
+def depth_terms(d_px: np.ndarray, terms: Sequence[tuple[str, np.ndarray]], title: str, ax: Axes | None = None) -> Axes:
     """The terms of Eq. 4 on their own: a list of (name, values in mm)."""
     ax = ax or plt.gca()
     for (name, values), (color, dash) in zip(terms, ((BLUE, "-"), (VERMILION, "--"), (GREEN, "-.")), strict=False):
@@ -70,7 +84,14 @@ def depth_terms(d_px, terms, title, ax=None):
     return ax
 
 
-def error_band(depth_mm, errors_mm, band_depth_mm, band_mm, title, ax=None):
+def error_band(
+    depth_mm: ArrayLike,
+    errors_mm: ArrayLike,
+    band_depth_mm: np.ndarray,
+    band_mm: np.ndarray,
+    title: str,
+    ax: Axes | None = None,
+) -> Axes:
     """Depth errors against depth, and the limit as a band (one and two standard deviations)."""
     ax = ax or plt.gca()
     for times, alpha in ((2, 0.18), (1, 0.3)):
@@ -86,7 +107,13 @@ def error_band(depth_mm, errors_mm, band_depth_mm, band_mm, title, ax=None):
     return ax
 
 
-def error_of_baseline(baselines_mm, lines, here_mm, title, ax=None):
+def error_of_baseline(
+    baselines_mm: np.ndarray,
+    lines: Sequence[tuple[str, np.ndarray]],
+    here_mm: float,
+    title: str,
+    ax: Axes | None = None,
+) -> Axes:
     """Limit against baseline for a few depths: ``lines`` is a list of (name, values in mm)."""
     ax = ax or plt.gca()
     for (name, values), (color, dash) in zip(lines, ((BLUE, "-"), (VERMILION, "--"), (GREEN, "-.")), strict=False):

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Arc, Patch
+from numpy.typing import ArrayLike
 
 from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION
 
@@ -42,7 +46,9 @@ def _corners(ax, points):
         ax.annotate(name, point, xytext=shift, textcoords="offset points")
 
 
-def two_links(points, angles_deg, lengths, title, ax=None):
+def two_links(
+    points: ArrayLike, angles_deg: tuple[float, float], lengths: tuple[str, str], title: str, ax: Axes | None = None
+) -> Axes:
     """The paper's Fig. 7: both links with their lengths, both angles with the lines that they are counted from.
 
     Parameters
@@ -71,7 +77,9 @@ def two_links(points, angles_deg, lengths, title, ax=None):
     return _plane(ax, title)
 
 
-def arms(poses, targets_mm, title, ax=None):
+def arms(
+    poses: Sequence[tuple[str, ArrayLike]], targets_mm: Sequence[Sequence[float]], title: str, ax: Axes | None = None
+) -> Axes:
     """Arms in their plane.
 
     Parameters
@@ -83,7 +91,7 @@ def arms(poses, targets_mm, title, ax=None):
     for k, (label, points) in enumerate(poses):
         points = np.asarray(points)
         color, dash = STYLES[k % 3]
-        style = {"color": color, "linewidth": 5, "solid_capstyle": "round", "zorder": 2, "label": label or None}
+        style: dict = {"color": color, "linewidth": 5, "solid_capstyle": "round", "zorder": 2, "label": label or None}
         ax.plot(points[:, 0], points[:, 1], dash, **style)
         ax.plot(points[:2, 0], points[:2, 1], "o", color=BLACK, markersize=9, zorder=3)
     for x, y in targets_mm:
@@ -94,7 +102,16 @@ def arms(poses, targets_mm, title, ax=None):
     return _plane(ax, title)
 
 
-def reach(near_mm, far_mm, x_mm, y_mm, poses_MxN, balls_mm, title, ax=None):
+def reach(
+    near_mm: float,
+    far_mm: float,
+    x_mm: np.ndarray,
+    y_mm: np.ndarray,
+    poses_MxN: np.ndarray,
+    balls_mm: np.ndarray,
+    title: str,
+    ax: Axes | None = None,
+) -> Axes:
     """Where the hand can be: rings of the geometry, and how many poses within the limits reach each point.
 
     Parameters
@@ -121,7 +138,13 @@ def reach(near_mm, far_mm, x_mm, y_mm, poses_MxN, balls_mm, title, ax=None):
     return _plane(ax, title)
 
 
-def cosine_triangle(points, lengths, angles_deg, title, ax=None):
+def cosine_triangle(
+    points: ArrayLike,
+    lengths: Sequence[str],
+    angles_deg: tuple[float, float, float],
+    title: str,
+    ax: Axes | None = None,
+) -> Axes:
     """The triangle of shoulder, elbow and hand, with θ2 outside at the elbow and the hand's lead at the shoulder.
 
     Parameters
@@ -148,7 +171,9 @@ def cosine_triangle(points, lengths, angles_deg, title, ax=None):
     return _plane(ax, title)
 
 
-def one_degree(points, moves_mm, title, ax=None):
+def one_degree(
+    points: ArrayLike, moves_mm: Sequence[tuple[str, ArrayLike]], title: str, ax: Axes | None = None
+) -> Axes:
     """An arm, and where its hand goes for one degree of each joint, drawn larger.
 
     Parameters
@@ -168,7 +193,12 @@ def one_degree(points, moves_mm, title, ax=None):
     return ax
 
 
-def turret(from_above, from_side, titles, axes):
+def turret(
+    from_above: Sequence[Sequence[float]],
+    from_side: np.ndarray,
+    titles: tuple[str, str],
+    axes: Sequence[Axes] | np.ndarray,
+) -> Sequence[Axes] | np.ndarray:
     """A turret arm from above (x, z) and in its own plane (out, y).
 
     Parameters

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import ArrayLike
 
 from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION
 
@@ -12,7 +16,7 @@ __all__ = ["motor_curves", "plan", "stopping_errors", "stops", "touches"]
 STYLES = ((BLUE, "-"), (VERMILION, "--"), (GREEN, "-."), (ORANGE, ":"))
 
 
-def motor_curves(volts, curves, title, ax=None):
+def motor_curves(volts: ArrayLike, curves: Sequence[tuple[str, ArrayLike]], title: str, ax: Axes | None = None) -> Axes:
     """Speed against voltage.
 
     Parameters
@@ -31,7 +35,14 @@ def motor_curves(volts, curves, title, ax=None):
     return ax
 
 
-def stops(runs, goal_deg, title, ax=None, zone_deg=0.0, zoom_s=None):
+def stops(
+    runs: Sequence[tuple[str, ArrayLike, ArrayLike]],
+    goal_deg: float,
+    title: str,
+    ax: Axes | None = None,
+    zone_deg: float = 0.0,
+    zoom_s: float | None = None,
+) -> Axes:
     """Where joints are over time, on their way to a goal.
 
     Parameters
@@ -58,7 +69,14 @@ def stops(runs, goal_deg, title, ax=None, zone_deg=0.0, zoom_s=None):
     return ax
 
 
-def plan(plan_s, planned_deg_s, time_s, real_deg_s, title, ax=None):
+def plan(
+    plan_s: ArrayLike,
+    planned_deg_s: ArrayLike,
+    time_s: ArrayLike,
+    real_deg_s: ArrayLike,
+    title: str,
+    ax: Axes | None = None,
+) -> Axes:
     """The trapezoid of a plan, and what the motor makes of it: speeds over their own times."""
     ax = ax or plt.gca()
     ax.plot(plan_s, planned_deg_s, "--", color=BLACK, linewidth=2, label="plan")
@@ -70,7 +88,7 @@ def plan(plan_s, planned_deg_s, time_s, real_deg_s, title, ax=None):
     return ax
 
 
-def stopping_errors(ways, title, ax=None):
+def stopping_errors(ways: Sequence[tuple[str, ArrayLike]], title: str, ax: Axes | None = None) -> Axes:
     """How far from the goal many motors stop.
 
     Parameters
@@ -92,7 +110,9 @@ def stopping_errors(ways, title, ax=None):
     return ax
 
 
-def touches(ball_mm, hand_mm, error_mm, title, axes):
+def touches(
+    ball_mm: np.ndarray, hand_mm: np.ndarray, error_mm: np.ndarray, title: str, axes: Sequence[Axes] | np.ndarray
+) -> Sequence[Axes] | np.ndarray:
     """Balls and the hand in the plane, and how far they are apart.
 
     Parameters
