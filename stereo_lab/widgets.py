@@ -6,14 +6,19 @@ to a slider, the arrow keys move it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import cv2
 import ipywidgets
 import numpy as np
+from numpy.typing import ArrayLike
 
+from stereo_lab.calibration import StereoCalibration
 from stereo_lab.depth import OffsetDepth, PaperDepth
 from stereo_lab.detection import BallColor, check_image
 from stereo_lab.errors import StereoLabError
-from stereo_lab.motion import SlowDownRule, Tuning, calibrate_motor, drive, push_of
+from stereo_lab.kinematics import TwoLinkArm
+from stereo_lab.motion import Motor, SlowDownRule, Tuning, calibrate_motor, drive, push_of
 
 # Okabe and Ito, as OpenCV counts: blue, green, red
 BLUE, ORANGE, VERMILION, BLACK, WHITE, GREY = (
@@ -26,7 +31,9 @@ LONG = {"description_width": "170px"}
 class Panel(ipywidgets.VBox):
     """A picture, a line of text and controls. ``repr`` never changes, so that a notebook's output does not."""
 
-    def __init__(self, name, controls, draw):
+    def __init__(
+        self, name: str, controls: dict[str, ipywidgets.Widget], draw: Callable[..., tuple[np.ndarray, str]]
+    ) -> None:
         """``draw(**values)`` gives the picture (BGR) and the text; ``controls`` is a dictionary of widgets."""
         self._name, self._controls, self._draw = name, controls, draw
         self.picture = ipywidgets.Image(format="jpeg", layout=ipywidgets.Layout(max_width="100%"))
@@ -39,7 +46,7 @@ class Panel(ipywidgets.VBox):
     def __repr__(self):
         return f"panel: {self._name}"
 
-    def control(self, name):
+    def control(self, name: str) -> ipywidgets.Widget:
         """One of the panel's controls, by name."""
         return self._controls[name]
 
@@ -49,7 +56,7 @@ class Panel(ipywidgets.VBox):
         self.text.value = text
 
 
-def color_thresholds(image, color):
+def color_thresholds(image: np.ndarray, color: str) -> Panel:
     """Bounds on hue, lightness and saturation, and the mask that they make.
 
     Parameters
@@ -88,7 +95,7 @@ def color_thresholds(image, color):
     )
 
 
-def hough_parameters(image, color):
+def hough_parameters(image: np.ndarray, color: str) -> Panel:
     """Blur, votes needed and radii of ``cv2.HoughCircles``, and the circles that it finds in the mask."""
     small = _fit(check_image(image), PANEL_WIDTH * 2 // 3)
     mask = BallColor.named(color).mask(small)
@@ -116,7 +123,7 @@ def hough_parameters(image, color):
     )
 
 
-def epipolar_line(calibration, left, right):
+def epipolar_line(calibration: StereoCalibration, left: np.ndarray, right: np.ndarray) -> Panel:
     """One row drawn through both pictures, raw or rectified.
 
     Parameters
@@ -144,7 +151,7 @@ def epipolar_line(calibration, left, right):
     return Panel("epipolar line", {"row": _slider("row (% from the top)", 40, 0, 100), "kind": kind}, draw)
 
 
-def ball_against_disparity(baseline_mm, focal_px, diameter_mm):
+def ball_against_disparity(baseline_mm: float, focal_px: float, diameter_mm: float) -> Panel:
     """A ball before two cameras, from above: move it, and see its two pictures part."""
     for name, value in (("baseline_mm", baseline_mm), ("focal_px", focal_px), ("diameter_mm", diameter_mm)):
         if not (np.isfinite(value) and value > 0):
@@ -177,7 +184,7 @@ def ball_against_disparity(baseline_mm, focal_px, diameter_mm):
     return Panel("ball against disparity", {"depth_mm": _slider("depth (mm)", 1000, 400, 2500, 10)}, draw)
 
 
-def depth_samples(disparity_px_N, depth_mm_N):
+def depth_samples(disparity_px_N: ArrayLike, depth_mm_N: ArrayLike) -> Panel:
     """Choose the samples of the depth fit and watch the curves of Eq. 4 and of a/(d − d0) + c."""
     d, depth = np.asarray(disparity_px_N, float), np.asarray(depth_mm_N, float)
     if d.shape != depth.shape or d.ndim != 1 or len(d) < 3:
@@ -209,7 +216,7 @@ def depth_samples(disparity_px_N, depth_mm_N):
     return Panel("depth samples", controls, draw)
 
 
-def arm_reaches(arm):
+def arm_reaches(arm: TwoLinkArm) -> Panel:
     """A target moved by sliders, and the arm that follows it.
 
     Parameters
@@ -253,7 +260,7 @@ def arm_reaches(arm):
     )
 
 
-def stopping(motor, goal_deg=90.0):
+def stopping(motor: Motor, goal_deg: float = 90.0) -> Panel:
     """One motor driven by the slow-down rule: the slow zone and the speed by sliders.
 
     Parameters

@@ -7,17 +7,24 @@ q1.check(disparity)
 disparity = q1.carry(disparity)
 """
 
+from __future__ import annotations
+
 from importlib import import_module
+from typing import TYPE_CHECKING
 
 from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises.blank import ____
+
+if TYPE_CHECKING:  # a lesson is loaded when its questions are asked for
+    from stereo_lab.exercises.question import Question
+    from stereo_lab.recording import Recording
 
 LESSONS = ("00", "01", "02", "03", "04", "05", "06")
 
 __all__ = ["LESSONS", "____", "questions"]
 
 
-def questions(lesson, recording):
+def questions(lesson: str, recording: Recording) -> tuple[Question, ...]:
     """The questions of one lesson, their answers computed from the recording in use.
 
     Parameters

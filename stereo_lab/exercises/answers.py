@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stereo_lab.exercises.blank import is_blank
 
@@ -13,7 +16,13 @@ PASS, NOT_YET, NOT_ATTEMPTED = "PASS", "NOT YET", "NOT ATTEMPTED"
 
 @dataclass(frozen=True)
 class Verdict:
-    """PASS, NOT YET or NOT ATTEMPTED, with a sentence."""
+    """What is said to an answer.
+
+    Attributes
+    ----------
+    status : PASS, NOT_YET or NOT_ATTEMPTED
+    text : str, a sentence
+    """
 
     status: str
     text: str = ""
@@ -24,9 +33,15 @@ class Verdict:
 
 @dataclass(frozen=True, eq=False)
 class Wrong:
-    """A mistake that people make: an answer that shows it, and what to say to it."""
+    """A mistake that people make.
 
-    answer: object
+    Attributes
+    ----------
+    answer : an answer that shows it, of the same kind as the right one
+    message : str, what to say to it
+    """
+
+    answer: Any
     message: str
 
 
@@ -44,14 +59,15 @@ class Number:
     also : tuple, other right answers, for the tests
     """
 
-    right: object
+    right: ArrayLike
     tolerance: float
     unit: str = ""
-    wrong: tuple = ()
+    wrong: tuple[Wrong, ...] = ()
     praise: str = ""
-    also: tuple = ()
+    also: tuple[Any, ...] = ()
 
-    def judge(self, answer):
+    def judge(self, answer: Any) -> Verdict:
+        """PASS within the tolerance; else what is wrong, by name where the mistake is known."""
         right = np.asarray(self.right, float)
         try:
             value = np.asarray(answer, float)
@@ -84,18 +100,27 @@ class Number:
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """One of a few words. ``wrong`` holds one Wrong for each of the others."""
+    """One of a few words.
+
+    Attributes
+    ----------
+    right : str
+    wrong : tuple of Wrong, one for each of the other words
+    praise, also : as in :class:`Number`
+    """
 
     right: str
-    wrong: tuple
+    wrong: tuple[Wrong, ...]
     praise: str
-    also: tuple = ()
+    also: tuple[Any, ...] = ()
 
     @property
-    def options(self):
+    def options(self) -> list[str]:
+        """All words there are to choose from, sorted."""
         return sorted([self.right, *(w.answer for w in self.wrong)])
 
-    def judge(self, answer):
+    def judge(self, answer: Any) -> Verdict:
+        """PASS for the right word, large or small letters; else what is wrong with the other."""
         if not isinstance(answer, str):
             return Verdict(NOT_YET, f"answer with one of these words, in quotes: {', '.join(self.options)}.")
         word = answer.strip().lower()
@@ -117,19 +142,21 @@ class Function:
     inputs : tuple of tuples, the arguments of each try
     tolerance : float, in ``unit``
     wrong : tuple of Wrong, their answers functions
+    praise, also : as in :class:`Number`
     domain : str, what to say where the function stops with a ValueError, as acos does outside −1…1
     """
 
-    right: object
-    inputs: tuple
+    right: Callable
+    inputs: tuple[tuple, ...]
     tolerance: float
     unit: str = ""
-    wrong: tuple = ()
+    wrong: tuple[Wrong, ...] = ()
     praise: str = ""
-    also: tuple = ()
+    also: tuple[Any, ...] = ()
     domain: str = ""
 
-    def judge(self, answer):
+    def judge(self, answer: Any) -> Verdict:
+        """PASS where the function is right for every input; else the first that is not, or why it stopped."""
         if not callable(answer):
             return Verdict(NOT_YET, f"expected a function, this is {_a(answer)}. Give its name without brackets.")
         outputs = []
@@ -182,14 +209,16 @@ class Command:
     ----------
     right : str
     wrong : tuple of Wrong, their answers lines
+    praise, also : as in :class:`Number`
     """
 
     right: str
-    wrong: tuple = ()
+    wrong: tuple[Wrong, ...] = ()
     praise: str = ""
-    also: tuple = ()
+    also: tuple[Any, ...] = ()
 
-    def judge(self, answer):
+    def judge(self, answer: Any) -> Verdict:
+        """PASS for the same words and numbers; else what the line says instead."""
         if not isinstance(answer, str):
             return Verdict(NOT_YET, f"expected a line in quotes, this is {_a(answer)}.")
         for sign, message in SIGNS.items():
@@ -225,7 +254,7 @@ def _try(function, arguments):
         return None
 
 
-def judge(kind, answer):
+def judge(kind: Number | Choice | Function | Command, answer: Any) -> Verdict:
     """The verdict on any answer; never raises."""
     if is_blank(answer):
         return Verdict(NOT_ATTEMPTED)

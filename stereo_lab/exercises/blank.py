@@ -1,5 +1,9 @@
 """The blank ``____`` that stands where the learner writes."""
 
+from __future__ import annotations
+
+from typing import Any
+
 
 class Blank:
     """Stands for an answer that is not written yet. Whatever is done with it, it stays a blank.
@@ -37,7 +41,7 @@ class Blank:
 ____ = Blank()
 
 
-def is_blank(answer):
+def is_blank(answer: Any) -> bool:
     """True for a blank, and for a list, tuple, dictionary or array with a blank in it."""
     if isinstance(answer, Blank):
         return True

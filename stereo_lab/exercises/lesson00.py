@@ -6,14 +6,14 @@ import math
 from functools import lru_cache
 
 from stereo_lab.exercises.answers import Choice, Function, Number, Wrong
-from stereo_lab.exercises.question import lesson
+from stereo_lab.exercises.question import Question, lesson
 from stereo_lab.localization import Localizer
-from stereo_lab.recording import Position, open_recording
+from stereo_lab.recording import Position, Recording, open_recording
 
 TRIES = ((Position(0, 0, 0), Position(3, 4, 0)), (Position(10, -20, 1000), Position(12, -14, 1003)))
 
 
-def questions(recording):
+def questions(recording: Recording) -> tuple[Question, ...]:
     """Five questions; see :mod:`stereo_lab.exercises`."""
     width, height = recording.image_size
     left, right = _first_ball(str(recording.path))
@@ -127,7 +127,7 @@ def questions(recording):
     )  # fmt: skip
 
 
-def distance_mm(a, b):
+def distance_mm(a: Position, b: Position) -> float:
     """Distance between two Positions, mm."""
     return math.hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm, a.depth_mm - b.depth_mm)
 

@@ -8,13 +8,13 @@ import numpy as np
 
 from stereo_lab.calibration import calibrate_recording
 from stereo_lab.exercises.answers import Choice, Function, Number, Wrong
-from stereo_lab.exercises.question import lesson
-from stereo_lab.recording import open_recording
+from stereo_lab.exercises.question import Question, lesson
+from stereo_lab.recording import Recording, open_recording
 
 TRIES = (((100.0, 50.0, 1000.0), 700.0, (320.0, 240.0)), ((-30.0, 20.0, 500.0), 650.0, (310.0, 250.0)))
 
 
-def questions(recording):
+def questions(recording: Recording) -> tuple[Question, ...]:
     """Six questions; see :mod:`stereo_lab.exercises`."""
     board = recording.board
     translation, baseline, focal = _facts(str(recording.path))
@@ -189,13 +189,15 @@ def _worth(baseline, focal):
     )  # fmt: skip
 
 
-def project(point_mm, focal_px, center_px):
+def project(
+    point_mm: tuple[float, float, float], focal_px: float, center_px: tuple[float, float]
+) -> tuple[float, float]:
     """A point in the camera's frame to (u, v), px."""
     x, y, z = point_mm
     return focal_px * x / z + center_px[0], focal_px * y / z + center_px[1]
 
 
-def depth_error(z_mm, focal_px, baseline_mm, error_px):
+def depth_error(z_mm: float, focal_px: float, baseline_mm: float, error_px: float) -> float:
     """Millimetres of depth for an error in px."""
     return z_mm**2 / (focal_px * baseline_mm) * error_px
 

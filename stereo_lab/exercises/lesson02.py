@@ -6,14 +6,15 @@ import cv2
 import numpy as np
 
 from stereo_lab.exercises.answers import Choice, Function, Number, Wrong
-from stereo_lab.exercises.question import lesson
+from stereo_lab.exercises.question import Question, lesson
+from stereo_lab.recording import Recording
 
 PIXEL_BGR = (30, 40, 200)
 HUES = np.array([[2, 90, 175], [30, 178, 8]], np.uint8)
 CENTERS = ((10.0, 10.0, 13.0, 14.0), (100.0, 50.0, 100.0, 50.5))
 
 
-def questions(recording):
+def questions(recording: Recording) -> tuple[Question, ...]:
     """Seven questions; the pixel and the numbers are the same for every recording."""
     return lesson("02", _order(), _wrap(), _lightness(), _votes(), _peak(), _rate(), _error())
 
@@ -174,21 +175,21 @@ def _error():
     )  # fmt: skip
 
 
-def is_red(hue):
+def is_red(hue: np.ndarray) -> np.ndarray:
     """True where OpenCV's hue is red."""
     return (hue <= 7) | (hue >= 172)
 
 
-def votes_for(u, v, du, dv, r):
+def votes_for(u: float, v: float, du: float, dv: float, r: float) -> tuple[float, float]:
     """The centre for which an edge pixel votes."""
     return u + r * du, v + r * dv
 
 
-def success_percent(hits, frames):
+def success_percent(hits: int, frames: int) -> float:
     """Hits of frames in percent."""
     return 100 * hits / frames
 
 
-def center_error(u, v, a, b):
+def center_error(u: float, v: float, a: float, b: float) -> float:
     """Distance of two points, px."""
     return np.hypot(u - a, v - b)

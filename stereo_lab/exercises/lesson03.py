@@ -7,15 +7,15 @@ from functools import lru_cache
 import numpy as np
 
 from stereo_lab.exercises.answers import Choice, Function, Number, Wrong
-from stereo_lab.exercises.question import lesson
+from stereo_lab.exercises.question import Question, lesson
 from stereo_lab.localization import Localizer
-from stereo_lab.recording import open_recording
+from stereo_lab.recording import Recording, open_recording
 
 POINTS = (np.array([100.0, 200.0, 300.0, 450.0]), np.array([40.0, -10.0, -55.0, -130.0]))
 MORE = (np.array([10.0, 20.0, 40.0]), np.array([1.0, 4.0, 9.0]))
 
 
-def questions(recording):
+def questions(recording: Recording) -> tuple[Question, ...]:
     """Six questions; see :mod:`stereo_lab.exercises`."""
     (v0, y0), (v1, y1), focal, center = _facts(str(recording.path))
     tries = ((center + 100.0, 1000.0, focal, center), (center - 50.0, 2000.0, focal, center))
@@ -181,13 +181,13 @@ def _which_pixel():
     )
 
 
-def line_slope(pixels, lengths_mm):
+def line_slope(pixels: np.ndarray, lengths_mm: np.ndarray) -> float:
     """Slope of the least-squares line, mm per px."""
     dp = pixels - pixels.mean()
     return (dp * (lengths_mm - lengths_mm.mean())).sum() / (dp * dp).sum()
 
 
-def camera_x(u, z_mm, focal_px, center_px):
+def camera_x(u: float, z_mm: float, focal_px: float, center_px: float) -> float:
     """x in the rectified left frame, mm."""
     return (u - center_px) * z_mm / focal_px
 

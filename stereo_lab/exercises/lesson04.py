@@ -5,12 +5,12 @@ from __future__ import annotations
 from functools import lru_cache
 
 from stereo_lab.exercises.answers import Choice, Function, Number, Wrong
-from stereo_lab.exercises.question import lesson
+from stereo_lab.exercises.question import Question, lesson
 from stereo_lab.localization import Localizer
-from stereo_lab.recording import open_recording
+from stereo_lab.recording import Recording, open_recording
 
 
-def questions(recording):
+def questions(recording: Recording) -> tuple[Question, ...]:
     """Six questions; see :mod:`stereo_lab.exercises`."""
     baseline, focal, left_u, right_u = _facts(str(recording.path))
     tries = ((baseline, focal, 60.0), (baseline, focal, 30.0), (100.0, 800.0, 80.0))
@@ -168,12 +168,12 @@ def _wider(baseline):
     )  # fmt: skip
 
 
-def ideal_depth(baseline_mm, focal_px, d_px):
+def ideal_depth(baseline_mm: float, focal_px: float, d_px: float) -> float:
     """Eq. 3, mm."""
     return baseline_mm * focal_px / d_px
 
 
-def depth_limit(z_mm, focal_px, baseline_mm, sigma_d_px):
+def depth_limit(z_mm: float, focal_px: float, baseline_mm: float, sigma_d_px: float) -> float:
     """Depth error from a disparity error, mm."""
     return z_mm**2 / (focal_px * baseline_mm) * sigma_d_px
 

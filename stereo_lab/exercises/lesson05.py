@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 
 from stereo_lab.exercises.answers import Function, Number, Wrong
-from stereo_lab.exercises.question import lesson
+from stereo_lab.exercises.question import Question, lesson
+from stereo_lab.recording import Recording
 
 DEGREE = math.pi / 180
 
 
-def questions(recording):
+def questions(recording: Recording) -> tuple[Question, ...]:
     """Six questions; see :mod:`stereo_lab.exercises`."""
     arm = recording.arm
     l1, l2 = float(arm.l1_mm), float(arm.l2_mm)
@@ -236,19 +237,19 @@ def _one_degree(l1, l2):
     )  # fmt: skip
 
 
-def forward(l1, l2, theta1_deg, theta2_deg):
+def forward(l1: float, l2: float, theta1_deg: float, theta2_deg: float) -> tuple[float, float]:
     """The hand in mm."""
     a, b = theta1_deg * DEGREE, (theta1_deg + theta2_deg) * DEGREE
     return l1 * math.cos(a) + l2 * math.cos(b), l1 * math.sin(a) + l2 * math.sin(b)
 
 
-def elbow_deg(l1, l2, x, y):
+def elbow_deg(l1: float, l2: float, x: float, y: float) -> float:
     """Eq. 5, degrees; a point out of reach has no angle and raises ValueError, as acos does."""
     cosine = _cosine(l1, l2, x, y)
     return math.degrees(math.acos(round(cosine, 12) if abs(cosine) > 1 else cosine))
 
 
-def shoulder_deg(l1, l2, x, y, theta2_deg):
+def shoulder_deg(l1: float, l2: float, x: float, y: float, theta2_deg: float) -> float:
     """Eq. 6, degrees."""
     return math.degrees(math.atan2(y, x)) - _lead(l1, l2, theta2_deg)
 

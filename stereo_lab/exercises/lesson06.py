@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from stereo_lab.exercises.answers import Choice, Command, Function, Number, Wrong
-from stereo_lab.exercises.question import lesson
+from stereo_lab.exercises.question import Question, lesson
 from stereo_lab.motion import slow_down_volts
+from stereo_lab.recording import Recording
 
 CRUISE, COUNTS = 180.0, 1920.0
 
 
-def questions(recording):
+def questions(recording: Recording) -> tuple[Question, ...]:
     """Six questions, the same for every recording; see :mod:`stereo_lab.exercises`."""
     return lesson("06", _command(), _volts(), _runs_on(), _rule(), _edges(), _silence())
 
@@ -188,11 +189,11 @@ def _silence():
     )  # fmt: skip
 
 
-def volts_for(k, v0, speed):
+def volts_for(k: float, v0: float, speed: float) -> float:
     """The voltage for a speed, V."""
     return v0 + speed / k
 
 
-def runs_on(tau, speed):
+def runs_on(tau: float, speed: float) -> float:
     """How far a motor without friction runs on, degrees."""
     return tau * speed

@@ -8,7 +8,7 @@ from stereo_lab.common.files import user_folder, write_whole
 from stereo_lab.errors import StereoLabError
 
 
-def passed(lesson, number):
+def passed(lesson: str, number: int) -> int:
     """Note that a question is passed; returns how many of its lesson are. A full disk stops nobody."""
     known = load()
     done = set(known.get(lesson, [])) | {number}
@@ -19,7 +19,7 @@ def passed(lesson, number):
     return len(done)
 
 
-def load():
+def load() -> dict[str, list[int]]:
     """``{lesson: [numbers passed]}``; empty where nothing can be read."""
     try:
         known = json.loads(_path().read_text(encoding="utf-8"))

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import textwrap
 from dataclasses import dataclass, field
+from typing import Any
 
 from stereo_lab.exercises import progress
-from stereo_lab.exercises.answers import PASS, judge
+from stereo_lab.exercises.answers import PASS, Choice, Command, Function, Number, judge
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,7 +18,7 @@ class Question:
     ----------
     lesson, number : str and int; together its name, "04" and 2
     asks : str, one sentence
-    answer : Number, Choice or Function
+    answer : Number, Choice, Function or Command
     hints : tuple of str, from where to look, to what to use, to the line with a hole in it
     code : str, the lines of the solution, as they stand in the notebook instead of the stub
     reason : str, why
@@ -28,19 +29,20 @@ class Question:
     lesson: str
     number: int
     asks: str
-    answer: object
-    hints: tuple
+    answer: Number | Choice | Function | Command
+    hints: tuple[str, ...]
     code: str
     reason: str
-    reference: object
+    reference: Any
     questions: int = 0
     _shown: list = field(default_factory=list, repr=False)
 
     @property
-    def name(self):
+    def name(self) -> str:
+        """Lesson and number as learners read them, such as "4.2"."""
         return f"{int(self.lesson)}.{self.number}"
 
-    def check(self, answer):
+    def check(self, answer: Any) -> None:
         """Print NOT ATTEMPTED, NOT YET with the reason, or PASS. Never raises."""
         verdict = judge(self.answer, answer)
         if verdict.status != PASS:
@@ -49,21 +51,21 @@ class Question:
         done = progress.passed(self.lesson, self.number)
         print(f"{verdict} (lesson {int(self.lesson)}: {done} of {self.questions})")
 
-    def hint(self):
+    def hint(self) -> None:
         """Print the next hint; after the last one, the last again."""
         k = min(len(self._shown), len(self.hints) - 1)
         self._shown.append(k)
         print(f"Hint {k + 1} of {len(self.hints)}: {self.hints[k]}")
 
-    def solution(self):
+    def solution(self) -> None:
         """Print the solution and the reason for it. It is shown, not run."""
         print(textwrap.indent(self.code, "    ") + f"\n{self.reason}")
 
-    def carry(self, answer):
+    def carry(self, answer: Any) -> Any:
         """The answer where it is right, else the reference: whoever is stuck can go on."""
         return answer if judge(self.answer, answer).status == PASS else self.reference
 
 
-def lesson(name, *asked):
+def lesson(name: str, *asked: dict[str, Any]) -> tuple[Question, ...]:
     """Number the questions of a lesson; each one is a dictionary of Question's fields."""
     return tuple(Question(lesson=name, number=k + 1, questions=len(asked), **fields) for k, fields in enumerate(asked))
