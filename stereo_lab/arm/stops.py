@@ -19,12 +19,12 @@ class Stops:
         self._known = {}  # thread -> the last stop that it asked for or was told of
 
     def ask(self) -> None:
-        """This thread asks for a stop."""
+        """Count a stop that the calling thread asks for."""
         self.count += 1
         self.tell()
 
     def tell(self) -> None:
-        """This thread knows of all stops so far."""
+        """Note that the calling thread knows of all stops so far."""
         self._known[threading.get_ident()] = self.count
 
     @property

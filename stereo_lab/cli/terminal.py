@@ -25,6 +25,7 @@ class Progress:
         clear_line()
 
     def __call__(self, step: str, done: int, total: int) -> None:
+        """Draw the line anew, ten times a second at most."""
         now = time.monotonic()
         if not self._on or (done < total and now - self._shown < 0.1):
             return

@@ -13,7 +13,8 @@ class Blank:
 
     _the_one = None
 
-    def __new__(cls):
+    def __new__(cls) -> Blank:
+        """The one blank there is."""
         cls._the_one = cls._the_one or super().__new__(cls)
         return cls._the_one
 

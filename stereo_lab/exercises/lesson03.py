@@ -188,7 +188,7 @@ def line_slope(pixels: np.ndarray, lengths_mm: np.ndarray) -> float:
 
 
 def camera_x(u: float, z_mm: float, focal_px: float, center_px: float) -> float:
-    """x in the rectified left frame, mm."""
+    """The x coordinate in the rectified left frame, mm."""
     return (u - center_px) * z_mm / focal_px
 
 

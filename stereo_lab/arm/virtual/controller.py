@@ -6,6 +6,7 @@ A controller reads lines, drives two joints and writes lines. It sees its motors
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from stereo_lab.arm import protocol as wire
@@ -79,7 +80,7 @@ class Controller:
             self.halt()
             self.enabled = self.stopped = False
 
-    def move_to(self, goals: list[float | None], pace: float) -> None:
+    def move_to(self, goals: Sequence[float | None], pace: float) -> None:
         """Move joints to their goals (None: it stays as it is), at a share of their speed."""
         moving = [(joint, goal) for joint, goal in zip(self.joints, goals, strict=True) if goal is not None]
         for joint, goal in moving:
