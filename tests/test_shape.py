@@ -2,11 +2,13 @@
 
 import ast
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
 from conftest import ROOT
 
 PACKAGE = ROOT / "stereo_lab"
@@ -44,6 +46,44 @@ def test_heavy_packages_stay_where_they_belong(path):
     allowed = {"matplotlib": {"plots", "widgets"}, "ipywidgets": {"widgets"}, "mitsuba": set()}
     for package, homes in allowed.items():
         assert package not in used or homes & {path.stem, path.parent.name}
+
+
+def public(node):
+    """Classes, functions and methods in a tree whose names have no underscore in front; none inside functions."""
+    for child in node.body:
+        if isinstance(child, (ast.ClassDef, ast.FunctionDef)) and not child.name.startswith("_"):
+            yield child
+            if isinstance(child, ast.ClassDef):
+                yield from public(child)
+
+
+def is_annotated(function):
+    """Whether every parameter but self and cls has a type, and what is returned as well."""
+    a = function.args
+    parameters = [*a.posonlyargs, *a.args, *a.kwonlyargs, *filter(None, (a.vararg, a.kwarg))]
+    return function.returns is not None and all(p.annotation for p in parameters if p.arg not in ("self", "cls"))
+
+
+def fields(node):
+    """Names of the public fields that a class declares, each with whether its docstring names it."""
+    names = [n.target.id for n in node.body if isinstance(n, ast.AnnAssign) and not n.target.id.startswith("_")]
+    return [(name, bool(re.search(rf"\b{name}\b", ast.get_docstring(node) or ""))) for name in names]
+
+
+def test_what_is_public_is_documented_and_typed():
+    documented, typed = {}, {}
+    for path in sorted(PACKAGE.rglob("*.py")):
+        for node in public(ast.parse(path.read_text(encoding="utf-8"))):
+            name = f"{path.relative_to(PACKAGE)}:{node.lineno} {node.name}"
+            documented[name] = ast.get_docstring(node) is not None
+            if isinstance(node, ast.FunctionDef):
+                typed[name] = is_annotated(node)
+            else:
+                documented |= {f"{name}.{field}": told for field, told in fields(node)}
+    assert len(documented) > 500 and len(typed) > 300  # the count itself finds them
+    for what, told in (("documented", documented), ("typed", typed)):
+        share = sum(told.values()) / len(told)
+        assert share >= 0.99, f"{share:.1%} is {what}; not: {[name for name, there in told.items() if not there]}"
 
 
 def test_no_file_is_left_half_written():
