@@ -15,10 +15,10 @@ import time
 from pathlib import Path
 
 import serial
-from conftest import ROOT, skip_unless_ci
 from serial.serialutil import SerialBase
 
 import stereo_lab.arm  # noqa: F401  (makes virtual:// known to pyserial)
+from conftest import ROOT, skip_unless_ci
 from stereo_lab.arm.virtual import BENCH_MOTORS, END_STOPS_DEG, SWITCHES_DEG
 
 BACK_ENDS = ("virtual", "chip", "pty")

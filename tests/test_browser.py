@@ -12,8 +12,9 @@ import urllib.request
 
 import nbformat
 import pytest
-from conftest import ROOT, skip_unless_ci
 from nbformat.v4 import new_code_cell, new_notebook
+
+from conftest import ROOT, skip_unless_ci
 
 SETUP = """from stereo_lab import widgets
 from stereo_lab.motion import Motor

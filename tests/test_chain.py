@@ -11,8 +11,8 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from conftest import ROOT
 
+from conftest import ROOT
 from stereo_lab.errors import CalibrationError
 from stereo_lab.localization import Localizer
 from stereo_lab.results import benchmark as measure

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from conftest import skip_unless_ci
 
+from conftest import skip_unless_ci
 from stereo_lab.errors import StereoLabError, UnreachableTargetError
 from stereo_lab.kinematics import JointAngles, TurretAngles, TurretArm, TwoLinkArm
 
