@@ -38,19 +38,20 @@ class BallColor:
 
     @classmethod
     def named(cls, name):
-        """One of red, orange, yellow, green, blue.
+        """One of red, orange, yellow, green, blue, in small letters or capitals.
 
         Raises
         ------
         StereoLabError
             For any other name.
         """
-        if name not in HUES:
+        known = str(name).strip().lower()
+        if known not in HUES:
             raise StereoLabError(f"There is no colour {name!r}. Choose one of {', '.join(HUES)}.")
         ranges = tuple(
-            ((low, LIGHTNESS[0], SATURATION[0]), (high, LIGHTNESS[1], SATURATION[1])) for low, high in HUES[name]
+            ((low, LIGHTNESS[0], SATURATION[0]), (high, LIGHTNESS[1], SATURATION[1])) for low, high in HUES[known]
         )
-        return cls(name, ranges, _table_from_hue(HUES[name]))
+        return cls(known, ranges, _table_from_hue(HUES[known]))
 
     @classmethod
     def from_samples(cls, images, circles):
