@@ -3,6 +3,9 @@
 import json
 import os
 import struct
+import subprocess
+import sys
+import threading
 import zlib
 
 import cv2
@@ -10,10 +13,13 @@ import numpy as np
 import pytest
 
 from conftest import ROOT
+from stereo_lab.calibration import store
 from stereo_lab.cli import main
-from stereo_lab.common.files import read_json, read_table
+from stereo_lab.common.files import read_json, read_table, write_whole
+from stereo_lab.common.threads import one_thread
 from stereo_lab.detection import BallColor, BallDetector
 from stereo_lab.errors import RecordingError, StereoLabError
+from stereo_lab.exercises import progress
 from stereo_lab.recording import Ball, Board, import_images, open_recording, read_image
 
 FACTS = {
@@ -322,3 +328,132 @@ def test_colours_in_capitals(small, tmp_path, capsys):
 def test_colours_that_are_none(name):
     with pytest.raises(StereoLabError, match="no colour"):
         BallColor.named(name)
+
+
+# --- output that nobody takes --------------------------------------------------------------------------------------
+
+
+def detect_into(output, *more):
+    """Run ``detect`` with this as its standard output: (exit code, errors)."""
+    command = [sys.executable, "-m", "stereo_lab", "detect", str(PICTURE), *more]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, stdout=output, stderr=subprocess.PIPE, text=True, cwd=ROOT, env=environment)
+    return done.returncode, done.stderr
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a closed pipe looks otherwise there")
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize("more", [(), ("--json", "-")])
+def test_a_closed_pipe(monkeypatch, more, unbuffered):
+    monkeypatch.setenv("PYTHONUNBUFFERED", unbuffered)
+    reader, writer = os.pipe()
+    os.close(reader)
+    code, said = detect_into(writer, *more)
+    os.close(writer)
+    assert code == 2 and said.startswith("stereo-lab: Cannot print: ") and said.count("\n") == 1
+
+
+def test_json_to_a_folder(tmp_path, capsys):
+    assert "it is a folder" in refused(capsys, "detect", PICTURE, "--json", tmp_path)
+
+
+@no_pipes
+def test_json_to_what_is_no_plain_file(tmp_path, capsys):
+    """A pipe stands for every device: a real one would be lost for the whole computer if this failed."""
+    os.mkfifo(tmp_path / "pipe")
+    assert "it is a pipe" in refused(capsys, "detect", PICTURE, "--json", tmp_path / "pipe")
+    assert [p.name for p in tmp_path.iterdir()] == ["pipe"] and (tmp_path / "pipe").is_fifo()
+
+
+def test_json_where_no_folder_can_be(tmp_path, capsys):
+    (tmp_path / "file").touch()
+    assert "Cannot write" in refused(capsys, "detect", PICTURE, "--json", tmp_path / "file" / "d.json")
+    assert "Cannot write" in refused(capsys, "detect", PICTURE, "--json", tmp_path / "a\0b")
+
+
+@pytest.mark.parametrize("step", ["fsync", "replace", "chmod"])
+def test_a_full_disk_leaves_the_old_file(tmp_path, capsys, monkeypatch, step):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    (tmp_path / "d.json").write_text("old")
+    monkeypatch.setattr(os, step, full)
+    assert "No space left" in refused(capsys, "detect", PICTURE, "--json", tmp_path / "d.json")
+    assert [p.read_text() for p in tmp_path.iterdir()] == ["old"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need rights there")
+def test_a_link_stays_a_link(tmp_path):
+    (tmp_path / "file").write_text("old")
+    (tmp_path / "link").symlink_to(tmp_path / "file")
+    write_whole(tmp_path / "link", "new")
+    assert (tmp_path / "link").is_symlink() and (tmp_path / "file").read_text() == "new"
+
+
+# --- a home that cannot be used --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("home", ["file", "file/home"])
+def test_a_home_that_cannot_be_written(tmp_path, monkeypatch, bench_calibration, home):
+    """Its parent is a plain file: nobody, root neither, can write there."""
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("STEREO_LAB_HOME", str(tmp_path / home))
+    monkeypatch.setattr(store, "calibrate_stereo", lambda *_: bench_calibration)
+    recording = open_recording("bench")
+    assert store.calibrate_anew(recording).verdict == "good"
+    assert store.find_calibration(recording)[1] == store.BROUGHT
+    assert progress.passed("00", 1) == 1 and progress.load() == {}
+
+
+@pytest.mark.parametrize(
+    "content", ["[" * 200_000, '{"00": 5}', '{"00": [[1]]}', '{"00": ["x", null]}', "[]", "\xff", ""]
+)
+def test_a_spoilt_progress_file(tmp_path, monkeypatch, content):
+    monkeypatch.setenv("STEREO_LAB_HOME", str(tmp_path))
+    (tmp_path / "progress.json").write_text(content, encoding="latin-1")
+    assert progress.passed("00", 2) == 1
+    assert progress.load() == {"00": [2]}
+
+
+# --- one thread --------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def three_threads():
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(3)
+    yield
+    cv2.setNumThreads(before)
+
+
+def test_one_thread_within_one_thread(three_threads):
+    with one_thread():
+        with one_thread():
+            assert cv2.getNumThreads() == 1
+        assert cv2.getNumThreads() == 1
+    assert cv2.getNumThreads() == 3
+
+
+def test_one_thread_from_two_threads(three_threads):
+    """The first one in leaves before the last one does."""
+    inside, leave = threading.Event(), threading.Event()
+
+    def second():
+        with one_thread():
+            inside.set()
+            leave.wait()
+
+    other = threading.Thread(target=second)
+    with one_thread():
+        other.start()
+        inside.wait()
+    assert cv2.getNumThreads() == 1
+    leave.set()
+    other.join()
+    assert cv2.getNumThreads() == 3
+
+
+def test_one_thread_is_left_by_an_error(three_threads):
+    with pytest.raises(ValueError), one_thread():
+        raise ValueError
+    assert cv2.getNumThreads() == 3

@@ -8,6 +8,8 @@ import shutil
 import sys
 import time
 
+from stereo_lab.errors import StereoLabError
+
 OK, WANTING, BAD_INPUT, STOPPED = 0, 1, 2, 130
 
 
@@ -43,13 +45,48 @@ def clear_line():
         print("\r\033[K", end="", file=sys.stderr, flush=True)
 
 
+def check_json_option(path):
+    """Refuse a --json that cannot be written, before minutes of work are done for it."""
+    from stereo_lab.common.files import check_target
+
+    if path and path != "-":
+        check_target(path)
+
+
 def write_json_option(path, content):
+    """Write what ``--json`` asks for: a file, or - for the terminal.
+
+    Raises
+    ------
+    StereoLabError
+        If it cannot be written.
+    """
     from stereo_lab.common.files import write_json
 
     if path == "-":
         print(json.dumps(content, indent=1))
+        flush_output()
     elif path:
         write_json(path, content)
+
+
+def flush_output():
+    """Hand on what was printed; where nobody takes it, say so once and print nothing more.
+
+    Raises
+    ------
+    StereoLabError
+        If standard output is closed, its reader is gone or its disk is full.
+    """
+    if sys.stdout is None:  # started with it closed; print is silent then
+        raise StereoLabError("Cannot print: standard output is closed. Leave it open, or name a file.")
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - else the interpreter flushes, and complains, at its end
+        raise StereoLabError(
+            f"Cannot print: {error.strerror or error}. Name a file with --json, or free some space."
+        ) from None
 
 
 def me():
