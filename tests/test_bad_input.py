@@ -1,5 +1,6 @@
 """Input that nobody means to give: each is answered in one plain sentence, and nothing is left half written."""
 
+import importlib
 import json
 import os
 import struct
@@ -7,6 +8,7 @@ import subprocess
 import sys
 import threading
 import zlib
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -457,3 +459,71 @@ def test_one_thread_is_left_by_an_error(three_threads):
     with pytest.raises(ValueError), one_thread():
         raise ValueError
     assert cv2.getNumThreads() == 3
+
+
+# --- rendering without its library -------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def llvm(monkeypatch):
+    """data/render/llvm.py; the renderer itself is not needed for it."""
+    monkeypatch.syspath_prepend(str(ROOT / "data" / "render"))
+    return importlib.import_module("llvm")
+
+
+def modules(found, error=None, version=19):
+    """What stands for drjit and mitsuba: a computer where LLVM is found, or not."""
+    drjit = SimpleNamespace(
+        JitBackend=SimpleNamespace(LLVM="llvm"),
+        has_backend=lambda backend: found,
+        detail=SimpleNamespace(llvm_version=lambda: (version, 0, 0)),
+    )
+    chosen = []
+
+    def set_variant(name):
+        if error:
+            raise error
+        chosen.append(name)
+
+    return drjit, SimpleNamespace(set_variant=set_variant, chosen=chosen)
+
+
+def test_rendering_with_llvm(llvm):
+    drjit, mitsuba = modules(found=True)
+    llvm.start(drjit, mitsuba)
+    assert mitsuba.chosen == ["llvm_ad_rgb"]
+
+
+@pytest.mark.parametrize(("found", "error"), [(False, None), (True, ImportError("the LLVM backend is inactive"))])
+def test_rendering_without_llvm(llvm, found, error):
+    with pytest.raises(StereoLabError, match="apt install libllvm19.*DRJIT_LIBLLVM_PATH"):
+        llvm.start(*modules(found, error))
+
+
+def test_rendering_with_an_llvm_that_is_too_old(llvm):
+    with pytest.raises(StereoLabError, match="16 or newer, and 15 was found"):
+        llvm.start(*modules(found=True, version=15))
+
+
+def test_where_llvm_is_looked_for(llvm, tmp_path):
+    (tmp_path / "arch").mkdir()
+    library = tmp_path / "arch" / "libLLVM.so.19.1"
+    library.touch()
+    environment = {}
+    llvm.point_to_llvm(environment, tmp_path / "arch")
+    assert environment == {}
+    llvm.point_to_llvm(environment, tmp_path)
+    assert environment == {"DRJIT_LIBLLVM_PATH": str(library)}
+    with pytest.raises(StereoLabError, match="no such file"):
+        llvm.point_to_llvm({"DRJIT_LIBLLVM_PATH": str(tmp_path / "gone")}, tmp_path)
+
+
+def test_render_says_what_is_missing(tmp_path, monkeypatch, capsys):
+    """Whatever is installed here: a library named wrongly is told before Mitsuba is imported."""
+    for name in ("record", "optics", "llvm"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.setenv("DRJIT_LIBLLVM_PATH", str(tmp_path / "gone"))
+    said = refused(capsys, "render", "bench", "--out", tmp_path / "out")
+    assert "DRJIT_LIBLLVM_PATH" in said or "mitsuba" in said
+    assert list(tmp_path.iterdir()) == []
