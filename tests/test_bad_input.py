@@ -215,6 +215,14 @@ def test_a_board_too_small_for_opencv():
         Board(2, 6, 25.0)
 
 
+@pytest.mark.parametrize(
+    ("circle", "says"), [("116,140,1e308", "fill their"), ("1e308,0,5", "outside"), ("0,0,inf", "finite")]
+)
+def test_circles_that_no_picture_holds(tmp_path, capsys, circle, says):
+    (tmp_path / "balls.csv").write_text(f"file,u,v,radius_px\n{PICTURE},{circle}\n")
+    assert says in refused(capsys, "detect", PICTURE, "--color-from", tmp_path / "balls.csv")
+
+
 # --- names and formats -------------------------------------------------------------------------------------------
 
 

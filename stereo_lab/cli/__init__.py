@@ -122,7 +122,13 @@ def _parser():
         help="what to do (default: %(default)s)",
     )  # fmt: skip
     arm.add_argument("angles", nargs="*", metavar="DEGREES", help="for move: shoulder and elbow")
-    arm.add_argument("--seconds", type=float, default=None, metavar="S", help="for monitor: stop after so long")
+    arm.add_argument(
+        "--seconds",
+        type=float,
+        default=None,
+        metavar="S",
+        help="for monitor: stop after so long (else Ctrl-C ends it, with exit code 0)",
+    )
     _add_json(arm)
 
     bench = add(

@@ -18,7 +18,7 @@ class Progress:
 
     def __init__(self):
         self._shown = 0.0
-        self._on = sys.stderr.isatty()
+        self._on = sys.stderr is not None and sys.stderr.isatty()
 
     def __enter__(self):
         return self
@@ -41,7 +41,7 @@ class Progress:
 
 
 def clear_line():
-    if sys.stderr.isatty():
+    if sys.stderr is not None and sys.stderr.isatty():
         print("\r\033[K", end="", file=sys.stderr, flush=True)
 
 

@@ -71,7 +71,7 @@ class BallColor:
         Raises
         ------
         StereoLabError
-            If there is no picture, or a circle lies outside its picture.
+            If there is no picture, or a circle lies outside its picture or fills it.
         """
         inside, outside = [], []
         for image, (u, v, radius) in zip(images, circles, strict=True):
@@ -84,6 +84,10 @@ class BallColor:
         if not inside:
             raise StereoLabError("To learn a colour, mark the ball in one picture at least; three or four are better.")
         ball, rest = np.concatenate(inside), np.concatenate(outside)
+        if not len(rest):
+            raise StereoLabError(
+                "The marked circles fill their pictures; the colour of what is round the ball is needed."
+            )
         return cls("learned", _hls_ranges(ball), _table_from_pixels(ball, rest))
 
     def mask(self, image):
