@@ -688,6 +688,37 @@ def test_arm_writes_its_numbers_as_json(capsys):
     assert json.loads(capsys.readouterr().out)["angles_deg"] == pytest.approx([30, 45], abs=0.2)
 
 
+@pytest.mark.parametrize("looks", [3, 1200])
+def test_monitor_keeps_what_it_saw_when_it_is_stopped(tmp_path, monkeypatch, capsys, looks):
+    """Ctrl-C is how it ends: exit code 0, and every look is in the file."""
+    import json
+
+    from stereo_lab.arm import Arm
+    from stereo_lab.cli import arm as command
+    from stereo_lab.cli import main
+
+    waits = iter(range(looks))
+
+    def wait(*_):
+        if next(waits) == looks - 1:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Arm, "wait", wait)
+    monkeypatch.setattr(command.time, "sleep", lambda _: None)
+    path = tmp_path / "seen.json"
+    assert main(["arm", "virtual://arm", "monitor", "--json", str(path)]) == 0
+    rows = json.loads(path.read_text())
+    assert len(rows) == looks and rows[0]["state"] == "off"
+
+
+@pytest.mark.parametrize("seconds", ["0", "-1", "nan"])
+def test_monitor_refuses_no_time(capsys, seconds):
+    from stereo_lab.cli import main
+
+    assert main(["arm", "virtual://arm", "monitor", "--seconds", seconds]) == 2
+    assert "above zero" in capsys.readouterr().err
+
+
 def test_a_glitch_on_a_home_switch_is_no_switch():
     joint = Joint()
     for closed, pressed in ((1, 0), (1, 0), (0, 0), (1, 0), (1, 0), (1, 1), (1, 1)):

@@ -1,13 +1,16 @@
 """Calibration against exact truth, another triangulation, and the mistakes that people make."""
 
-from dataclasses import replace
+import json
+import math
+import shutil
+from dataclasses import fields, replace
 
 import cv2
 import numpy as np
 import pytest
 
 from conftest import ROOT
-from stereo_lab.calibration import StereoCalibration, calibrate_stereo, match_order, solver
+from stereo_lab.calibration import StereoCalibration, calibrate_stereo, match_order, solver, store
 from stereo_lab.calibration.cameras import ARRAYS
 from stereo_lab.calibration.corners import find_corners
 from stereo_lab.errors import CalibrationError
@@ -82,6 +85,98 @@ def test_load_refuses_other_files(tmp_path):
     path.write_text('{"format": 1}')
     with pytest.raises(CalibrationError, match="no calibration"):
         StereoCalibration.load(path)
+
+
+@pytest.fixture
+def saved(bench_calibration, tmp_path):
+    """A saved calibration: its path, and what is in it."""
+    path = tmp_path / "cal.json"
+    bench_calibration.save(path)
+    return path, json.loads(path.read_text())
+
+
+MIRROR = [[1, 0, 0], [0, 1, 0], [0, 0, -1]]
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "says"),
+    [
+        ("rms_px", "abc", "rms_px: expected a number, got 'abc'"),
+        ("rms_px", math.nan, "rms_px: expected a finite number"),
+        ("rms_px", None, "rms_px: expected a number"),
+        ("rms_px", True, "rms_px: expected a finite number"),
+        ("pairs", "many", "pairs: expected a number"),
+        ("heldout_vertical_error_px", [], "heldout_vertical_error_px: expected a number"),
+        ("left_matrix", [1, 2, 3], "left_matrix"),
+        ("left_matrix", {"a": 1}, "left_matrix"),
+        ("left_matrix", [[math.nan] * 3] * 3, "left_matrix holds a number that is not finite"),
+        ("left_matrix", [[0, 0, 320], [0, 600, 240], [0, 0, 1]], "left_matrix has a focal length of zero"),
+        ("left_matrix", [[600, 0, 320], [0, 600, 240], [0, 0, 0]], "left_matrix is no camera's matrix"),
+        ("left_distortion", [0, 0, 0], "left_distortion must have 4, 5, 8, 12, 14 numbers"),
+        ("left_distortion", "none", "left_distortion"),
+        ("rotation", [[1, 1, 0], [0, 1, 0], [0, 0, 1]], "rotation is not a rotation"),
+        ("rotation", MIRROR, "rotation is not a rotation"),
+        ("rotation", [[10**400, 0, 0], [0, 1, 0], [0, 0, 1]], "rotation: expected numbers"),
+        ("translation_mm", [0, 0, 0], "translation_mm"),
+        ("translation_mm", [1e300, 0, 0], "translation_mm"),
+        ("translation_mm", [1, 2], "translation_mm"),
+        ("image_size", [640], "image_size"),
+        ("image_size", 640, "image_size"),
+        ("image_size", [0, 480], "image_size"),
+        ("image_size", [1e300, 480], "image_size"),
+        ("used", 5, "used"),
+        ("dropped", ["000"], "dropped"),
+        ("dropped", [{"name": "000"}], "it has no 'why'"),
+        ("reasons", None, "reasons"),
+        ("format", 2, "newer kit"),
+        ("format", None, 'expected "format": 1'),
+    ],
+)
+def test_a_broken_calibration_is_named(saved, key, value, says):
+    path, facts = saved
+    path.write_text(json.dumps({**facts, key: value}))
+    with pytest.raises(CalibrationError, match=says) as error:
+        StereoCalibration.load(path)
+    assert str(path) in str(error.value)
+
+
+def test_a_calibration_with_something_missing(saved):
+    path, facts = saved
+    for key in set(facts) - {"made_from", "baseline_mm", "focal_px", "pairs_used"}:  # these are not needed
+        path.write_text(json.dumps({k: v for k, v in facts.items() if k != key}))
+        with pytest.raises(CalibrationError, match=key):
+            StereoCalibration.load(path)
+
+
+@pytest.mark.parametrize("content", ["", "[1, 2]", "null", "{", "[" * 200_000, "\x00"])
+def test_a_calibration_that_is_something_else(tmp_path, content):
+    path = tmp_path / "x.json"
+    path.write_text(content)
+    with pytest.raises(CalibrationError, match="no calibration"):
+        StereoCalibration.load(path)
+
+
+def test_a_spoilt_calibration_in_a_recording_is_made_anew(bench, bench_calibration, tmp_path, monkeypatch):
+    monkeypatch.setattr(store, "calibrate_stereo", lambda *_: bench_calibration)
+    monkeypatch.setenv("STEREO_LAB_HOME", str(tmp_path / "home"))
+    shutil.copytree(bench.path / "calibration", tmp_path / "mine" / "calibration")
+    shutil.copy(bench.path / "recording.json", tmp_path / "mine")
+    (tmp_path / "mine" / "calibration.json").write_text('{"format": 1, "rms_px": "abc"}')
+    assert store.find_calibration(open_recording(tmp_path / "mine"))[1] == store.MADE
+    assert store.find_calibration(open_recording(tmp_path / "mine"))[1] == store.KEPT
+
+
+def test_a_replaced_calibration_has_maps_of_its_own(bench_calibration):
+    """What was reckoned for the first one is not carried over to the changed copy."""
+    picture = np.random.default_rng(0).integers(0, 255, (480, 640, 3), np.uint8)
+    before = bench_calibration.rectify(picture, picture)
+    turn = cv2.Rodrigues(np.radians([3.0, 0, 0]))[0]
+    other = replace(bench_calibration, rotation=turn @ bench_calibration.rotation)
+    values = {field.name: getattr(other, field.name) for field in fields(other)}
+    fresh = StereoCalibration(**values).rectify(picture, picture)
+    assert all(np.array_equal(a, b) for a, b in zip(other.rectify(picture, picture), fresh, strict=True))
+    assert not np.array_equal(other.rectify(picture, picture)[0], before[0])
+    assert np.array_equal(bench_calibration.rectify(picture, picture)[0], before[0])
 
 
 def test_pictures_of_another_size_are_refused(bench_calibration):

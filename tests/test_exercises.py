@@ -1,7 +1,9 @@
 """Every question: the untouched stub, right answers, each listed wrong answer, on both recordings."""
 
 import ast
+import builtins
 import math
+import sys
 
 import cv2
 import numpy as np
@@ -176,6 +178,129 @@ def test_progress_is_counted(capsys):
 def test_what_a_wrong_answer_is_told(kind, answer, says):
     verdict = judge(kind, answer)
     assert verdict.status == "NOT YET" and says in verdict.text
+
+
+class Trap:
+    """An object each of whose answers is an error, a SystemExit here and there."""
+
+    def _stop(self, *_):
+        raise SystemExit(7)
+
+    __eq__ = __float__ = __array__ = __repr__ = __str__ = __len__ = __iter__ = __call__ = __bool__ = _stop
+    __hash__ = None
+
+    def __getattr__(self, name):
+        raise RuntimeError(name)
+
+    @property
+    def __class__(self):
+        raise RuntimeError("class")
+
+
+class Liar(str):
+    """A text that says yes to everything."""
+
+    def __eq__(self, other):
+        return True
+
+    __hash__ = str.__hash__
+
+    def strip(self):
+        return self
+
+    def lower(self):
+        return self
+
+    def __repr__(self):
+        raise ValueError
+
+
+class Wordless(Exception):
+    def __str__(self):
+        raise RuntimeError
+
+
+def itself():
+    """A list, a dictionary and a tuple that contain themselves."""
+    rows, names = [], {}
+    rows.append(rows)
+    names["a"] = (names, rows)
+    return rows, names, (rows, names)
+
+
+def deep():
+    """A list in a list in a list …"""
+    inside = [1.0]
+    for _ in range(100_000):
+        inside = [inside]
+    return inside
+
+
+def raising(error):
+    def stop(*_):
+        raise error
+
+    return stop
+
+
+KINDS = (
+    Number(1.0, 0.1, "mm"),
+    Number((1.0, 2.0), 0.1, "mm"),
+    Choice("up", (Wrong("down", "no"),), "yes"),
+    Function(lambda x: x, ((1.0,), (2.0,)), 0.1),
+    Function(lambda x: np.array([x, x]), ((1.0,), (2.0,)), 0.1),
+    Command("MV 2 -30"),
+)
+ODD = {
+    "itself": itself()[0], "itself in a dictionary": itself()[1], "itself in a tuple": itself()[2], "deep": deep(),
+    "trap": Trap(), "trap in a list": [Trap(), Trap()], "liar": Liar("no"), "huge": 10**5000, "huge pair": [10**400, 1],
+    "True": True, "numpy True": np.True_, "array True": np.array([True, True]), "True in a list": [True, 2.0],
+    "complex": 1 + 0j, "complex array": np.array([1 + 5j, 2 + 5j]), "objects": np.array([None, Trap], object),
+    "surrogate": "\ud800", "superscript": "MV 2 ²", "class": Trap, "bytes": b"\xff", "exit": builtins.exit,
+    "sys.exit": sys.exit, "SystemExit": raising(SystemExit()), "GeneratorExit": raising(GeneratorExit()),
+    "wordless": raising(Wordless()), "unprintable": raising(ValueError("\ud800")), "recursion": raising(RecursionError()),
+    "gives itself": lambda *_: itself()[0], "gives a trap": lambda *_: Trap(), "gives True": lambda *_: True,
+    "gives huge": lambda *_: 10**5000, "gives exit": lambda *_: builtins.exit,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: type(kind).__name__)
+@pytest.mark.parametrize("name", ODD)
+def test_odd_answers_never_raise(kind, name, capsys):
+    (q,) = lesson("00", dict(asks="?", hints=("a",), code="x = 1", reason="so", reference="given", answer=kind))
+    q.check(ODD[name])
+    said = capsys.readouterr().out
+    assert said.startswith("NOT YET - ") and said.count("\n") == 1
+    said.encode("utf-8")
+    assert q.carry(ODD[name]) == "given"
+
+
+def test_exit_is_not_called(monkeypatch):
+    """Calling it would close standard input, or end the notebook's kernel."""
+    from IPython.core.autocall import ExitAutocall
+
+    monkeypatch.setattr(type(builtins.exit), "__call__", lambda *_: pytest.fail("called"))
+    monkeypatch.setattr(ExitAutocall, "__call__", lambda *_: pytest.fail("called"))
+    for answer in (builtins.exit, builtins.quit, ExitAutocall()):
+        assert "belongs to Python" in judge(Function(lambda: 1.0, ((),), 0.1), answer).text
+
+
+def test_a_blank_is_found_in_what_contains_itself():
+    rows = itself()[0]
+    rows.append({"a": (1, np.array([____, 2], object))})
+    assert judge(Number(1.0, 0.1), rows).status == "NOT ATTEMPTED"
+
+
+def test_true_is_right_where_it_is_asked_for():
+    kind = Function(lambda x: x > 1, ((1.0,), (2.0,)), 0)
+    assert judge(kind, lambda x: bool(x > 1)).status == judge(kind, lambda x: np.greater(x, 1)).status == "PASS"
+    assert "it gives True, and False is expected" in judge(kind, lambda x: True).text
+    assert "this is a bool" in judge(Number(1.0, 0.1), True).text
+
+
+def test_the_learner_can_stop_a_function_that_does_not_end():
+    with pytest.raises(KeyboardInterrupt):
+        judge(Function(lambda x: x, ((1.0,),), 0.1), raising(KeyboardInterrupt()))
 
 
 def test_a_function_cannot_change_its_inputs():

@@ -7,19 +7,17 @@ and the projection formula gives the exact place of everything in it.
 from __future__ import annotations
 
 import os
-from pathlib import Path
 
 import cv2
+import llvm
 import numpy as np
 
-# Mitsuba looks for LLVM while it is imported. Debian's libllvm19 works; LLVM 15 aborts.
-for _library in sorted(Path("/usr/lib").glob("*/libLLVM.so.19*")):
-    os.environ.setdefault("DRJIT_LIBLLVM_PATH", str(_library))
+llvm.point_to_llvm(os.environ)  # Mitsuba looks for it while it is imported
 
 import drjit as dr  # noqa: E402
 import mitsuba as mi  # noqa: E402
 
-mi.set_variant("llvm_ad_rgb" if "DRJIT_LIBLLVM_PATH" in os.environ else "scalar_rgb")
+llvm.start(dr, mi)
 
 WAVEFRONT = 6_000_000  # paths traced at once: what fits into a small machine's memory
 INVERSION_STEPS = 9

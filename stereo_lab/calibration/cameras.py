@@ -11,8 +11,9 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stereo_lab.common.files import finite_number, read_json, write_json
-from stereo_lab.errors import CalibrationError, StereoLabError
+from stereo_lab.calibration.saved import ARRAYS, read_saved
+from stereo_lab.common.files import write_json
+from stereo_lab.errors import CalibrationError
 
 EXACT = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 60, 1e-9)  # for undoing the distortion
 
@@ -231,57 +232,6 @@ class StereoCalibration:
         Raises
         ------
         CalibrationError
-            If the file is no calibration, or something in it is no number where one is needed.
+            If the file is no calibration, or something in it cannot be used.
         """
-        try:
-            facts = read_json(path)
-            fields: dict[str, Any] = {key: _array(facts[key], shape, key) for key, shape in ARRAYS.items()}
-            fields |= {key: finite_number(facts[key], key) for key in NUMBERS}
-            fields |= {key: None if facts[key] is None else finite_number(facts[key], key) for key in NUMBERS_OR_NONE}
-            fields |= {key: str(facts[key]) for key in WORDS}
-            return cls(
-                image_size=_size(facts["image_size"]),
-                **fields,
-                pairs=int(finite_number(facts["pairs"], "pairs")),
-                found=int(finite_number(facts["pairs_found"], "pairs_found")),
-                used=tuple(map(str, facts["used"])),
-                dropped=tuple((str(d["name"]), str(d["why"])) for d in facts["dropped"]),
-                reasons=tuple(map(str, facts["reasons"])),
-                made_from=str(facts.get("made_from", "")),
-            )
-        except KeyError as error:
-            raise CalibrationError(f"{path} is no calibration of this kit: it has no {error}. {MAKE_ONE}") from None
-        except (StereoLabError, TypeError, ValueError, OverflowError) as error:
-            raise CalibrationError(f"{path} is no calibration of this kit: {error} {MAKE_ONE}") from None
-
-
-MAKE_ONE = "Make one with: stereo-lab calibrate"
-ARRAYS = {
-    "left_matrix": (3, 3),
-    "left_distortion": (-1,),
-    "right_matrix": (3, 3),
-    "right_distortion": (-1,),
-    "rotation": (3, 3),
-    "translation_mm": (3,),
-}
-NUMBERS = ("rms_px", "left_rms_px", "right_rms_px", "vertical_error_px", "focal_sigma_percent", "board_bend_mm")
-NUMBERS_OR_NONE = ("heldout_vertical_error_px", "heldout_length_error_percent")
-WORDS = ("lens", "verdict")
-
-
-def _size(value):
-    width, height = (int(finite_number(v, "image_size")) for v in value)
-    if min(width, height) <= 0:
-        raise ValueError(f"image_size is {width}x{height}.")
-    return width, height
-
-
-def _array(value, shape, name):
-    array = np.asarray(value, float).reshape(shape)
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name} holds a number that is not finite.")
-    if name.endswith("matrix") and min(array[0, 0], array[1, 1]) <= 0:
-        raise ValueError(f"{name} has a focal length of zero or less.")
-    if name == "rotation" and not np.allclose(array @ array.T, np.eye(3), atol=1e-3):
-        raise ValueError("rotation is not a rotation.")
-    return array
+        return cls(**read_saved(path))

@@ -9,6 +9,7 @@ import numpy as np
 
 from stereo_lab.errors import CalibrationError
 from stereo_lab.recording import Board, StereoPair
+from stereo_lab.recording.bounds import FEWEST_CORNERS, MOST_CORNERS
 
 CLASSIC = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 SECTOR = cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY
@@ -190,5 +191,5 @@ def _neighbours(board):
     changes = [(-1, -1), (1, 1), (0, -1), (-1, 0), (0, 1), (1, 0), (-2, -2), (2, 2), (-1, -2), (-2, -1), (1, 2), (2, 1)]
     for columns, rows in ((board.columns, board.rows), (board.rows, board.columns)):
         for dc, dr in changes:
-            if columns + dc >= 3 and rows + dr >= 3:
+            if all(FEWEST_CORNERS <= n <= MOST_CORNERS for n in (columns + dc, rows + dr)):
                 yield replace(board, columns=columns + dc, rows=rows + dr)

@@ -13,7 +13,7 @@ from dataclasses import replace
 from stereo_lab.calibration.cameras import StereoCalibration
 from stereo_lab.calibration.recipe import calibrate_stereo
 from stereo_lab.calibration.solver import SOLVER
-from stereo_lab.common.files import user_folder
+from stereo_lab.common.files import read_bytes, user_folder
 from stereo_lab.errors import CalibrationError, RecordingError, StereoLabError
 from stereo_lab.recording import Recording, open_recording
 
@@ -102,5 +102,5 @@ def _key(recording, pairs):
     for pair in pairs:
         for path in (pair.left_path, pair.right_path):
             digest.update(pair.name.encode())
-            digest.update(path.read_bytes() if path else b"")
+            digest.update(read_bytes(path) if path else b"")
     return digest.hexdigest()[:24]

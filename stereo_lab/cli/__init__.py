@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from stereo_lab.cli.arm import run_arm
 from stereo_lab.cli.checks import run_bench, run_test
-from stereo_lab.cli.terminal import BAD_INPUT, STOPPED, clear_line
+from stereo_lab.cli.terminal import BAD_INPUT, STOPPED, check_json_option, clear_line, flush_output
 from stereo_lab.cli.vision import run_calibrate, run_demo, run_detect, run_import, run_render
 from stereo_lab.errors import StereoLabError
 
@@ -17,19 +17,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code 0 (done), 1 (found wanting) or 2 (bad usage or input)."""
     options = _parser().parse_args(arguments)
     try:
-        return options.run(options)
+        check_json_option(getattr(options, "json", None))
+        code = options.run(options)
+        flush_output()
+        return code
     except StereoLabError as error:
         clear_line()
         print(f"stereo-lab: {error}", file=sys.stderr)
         return BAD_INPUT
     except OSError as error:
         clear_line()
-        print(f"stereo-lab: {error.filename or ''} {error.strerror or error}".strip(), file=sys.stderr)
+        print(f"stereo-lab: {_in_words(error)}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
         clear_line()
         print("stereo-lab: stopped; nothing is left half written.", file=sys.stderr)
         return STOPPED
+
+
+def _in_words(error):
+    """An OSError as a sentence; without a file's name it comes from printing."""
+    reason = error.strerror or error
+    if error.filename:
+        return f"Cannot use {error.filename}: {reason}."
+    return f"Cannot print: {reason}. Name a file with --json, or free some space."
 
 
 def _parser():
@@ -112,7 +123,13 @@ def _parser():
         help="what to do (default: %(default)s)",
     )  # fmt: skip
     arm.add_argument("angles", nargs="*", metavar="DEGREES", help="for move: shoulder and elbow")
-    arm.add_argument("--seconds", type=float, default=None, metavar="S", help="for monitor: stop after so long")
+    arm.add_argument(
+        "--seconds",
+        type=float,
+        default=None,
+        metavar="S",
+        help="for monitor: stop after so long (else Ctrl-C ends it, with exit code 0)",
+    )
     _add_json(arm)
 
     bench = add(

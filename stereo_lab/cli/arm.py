@@ -79,18 +79,24 @@ def _arm_calibrate(arm, options):
 
 
 def _arm_monitor(arm, options):
-    seconds = options.seconds
+    if options.seconds is not None and not options.seconds > 0:
+        raise StereoLabError(f"--seconds: expected a number above zero, got {options.seconds}.")
     print("Every line is a look at the arm; Ctrl-C ends it.")
-    start = time.monotonic()
     rows = []
+    with contextlib.suppress(KeyboardInterrupt):  # the way to end it, so no fault: what was seen is kept
+        _look_on(arm, options.seconds, rows)
+    return rows
+
+
+def _look_on(arm, seconds, rows):
+    """Look at the arm five times a second and add what is seen to ``rows``; without an end where seconds is None."""
+    start = time.monotonic()
     while seconds is None or time.monotonic() - start < seconds:
         status = arm.status()
         rows.append({"state": status.state, "angles_deg": list(status.position_deg), "time_ms": status.time_ms})
         print(f"{status.time_ms / 1000:8.1f} s  {status.state:5s} {_degrees(status.position_deg)}", flush=True)
         arm.wait(0.2)
         time.sleep(0.2 if hasattr(arm.port, "link_deg") else 0)  # a virtual arm's time is not ours
-        del rows[:-1000]
-    return rows
 
 
 def _degrees(angles):

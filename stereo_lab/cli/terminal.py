@@ -8,6 +8,8 @@ import shutil
 import sys
 import time
 
+from stereo_lab.errors import StereoLabError
+
 OK, WANTING, BAD_INPUT, STOPPED = 0, 1, 2, 130
 
 
@@ -16,7 +18,7 @@ class Progress:
 
     def __init__(self) -> None:
         self._shown = 0.0
-        self._on = sys.stderr.isatty()
+        self._on = sys.stderr is not None and sys.stderr.isatty()
 
     def __enter__(self) -> Progress:
         return self
@@ -41,18 +43,52 @@ class Progress:
 
 def clear_line() -> None:
     """Wipe the progress line off the terminal."""
-    if sys.stderr.isatty():
+    if sys.stderr is not None and sys.stderr.isatty():
         print("\r\033[K", end="", file=sys.stderr, flush=True)
 
 
+def check_json_option(path: str | None) -> None:
+    """Refuse a --json that cannot be written, before minutes of work are done for it."""
+    from stereo_lab.common.files import check_target
+
+    if path and path != "-":
+        check_target(path)
+
+
 def write_json_option(path: str | None, content: object) -> None:
-    """Write what ``--json`` asks for: to a file, to the terminal for ``-``, nowhere for None."""
+    """Write what ``--json`` asks for: a file, or - for the terminal.
+
+    Raises
+    ------
+    StereoLabError
+        If it cannot be written.
+    """
     from stereo_lab.common.files import write_json
 
     if path == "-":
         print(json.dumps(content, indent=1))
+        flush_output()
     elif path:
         write_json(path, content)
+
+
+def flush_output() -> None:
+    """Hand on what was printed; where nobody takes it, say so once and print nothing more.
+
+    Raises
+    ------
+    StereoLabError
+        If standard output is closed, its reader is gone or its disk is full.
+    """
+    if sys.stdout is None:  # started with it closed; print is silent then
+        raise StereoLabError("Cannot print: standard output is closed. Leave it open, or name a file.")
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - else the interpreter flushes, and complains, at its end
+        raise StereoLabError(
+            f"Cannot print: {error.strerror or error}. Name a file with --json, or free some space."
+        ) from None
 
 
 def me() -> str:

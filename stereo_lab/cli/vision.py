@@ -105,28 +105,26 @@ def _color_from(path):
         circle = [finite_number(row[k], f"{where}, {k}") for k in ("u", "v", "radius_px")]
         if circle[2] <= 0:
             raise StereoLabError(f"{where}, radius_px: expected a number above zero, got {row['radius_px']!r}.")
-        images.append(read_image(Path(path).parent / row["file"].strip()))
+        images.append(read_image(Path(path).parent / (row["file"] or "").strip()))
         circles.append(circle)
     return BallColor.from_samples(images, circles)
 
 
+WAYS = ("across", "down")
+
+
 def run_import(options: argparse.Namespace) -> int:
     """Make a recording from board pictures taken elsewhere. The exit code is OK."""
-    from stereo_lab.common.files import finite_number
     from stereo_lab.recording import Ball, Board, import_images
+    from stereo_lab.recording.bounds import color_name, corner_count, length_mm
 
     parts = options.board.lower().replace("×", "x").split("x")
-    if len(parts) != 2 or not all(p.strip().isdigit() and int(p) >= 2 for p in parts):
+    if len(parts) != 2:
         raise StereoLabError(f"--board: expected columns x rows of inner corners, as in 9x6; got {options.board!r}.")
-    square, diameter = (
-        finite_number(v, n) for v, n in ((options.square_mm, "--square-mm"), (options.ball_mm, "--ball-mm"))
-    )
-    if square <= 0 or diameter <= 0:
-        raise StereoLabError("--square-mm and --ball-mm: expected numbers above zero.")
-    board = Board(int(parts[0]), int(parts[1]), square)
-    recording = import_images(
-        options.left, options.right, board, options.out, Ball(options.ball_color.lower(), diameter)
-    )
+    columns, rows = (corner_count(p, f"--board, inner corners {way}") for p, way in zip(parts, WAYS, strict=True))
+    board = Board(columns, rows, length_mm(options.square_mm, "--square-mm"))
+    ball = Ball(color_name(options.ball_color, "--ball-color"), length_mm(options.ball_mm, "--ball-mm"))
+    recording = import_images(options.left, options.right, board, options.out, ball)
     pairs = recording.pairs("calibration")
     print(f"{recording.path}: {len(pairs)} pairs of {recording.image_size[0]}x{recording.image_size[1]} pixels.")
     print(f"Next: {me()} calibrate {options.out}")

@@ -1,12 +1,15 @@
-"""Files written whole or not at all, numbers read with care, and the user's own data folder."""
+"""Files read and written with care: only plain files, of a sensible size, written whole or not at all."""
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import json
 import math
 import os
 import re
+import reprlib
+import stat
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,6 +19,74 @@ import platformdirs
 
 from stereo_lab.errors import RecordingError, StereoLabError
 
+LARGEST_TEXT = 50_000_000  # bytes; the largest table or JSON file of the kit has less than a hundredth of it
+LARGEST_FILE = 400_000_000  # bytes; more than an uncompressed picture of 100 megapixels has
+
+
+def read_bytes(path: str | Path, largest: int = LARGEST_FILE) -> bytes:
+    """Content of a plain file.
+
+    A pipe or a device is not opened: reading from it could wait, or go on, for ever.
+
+    Parameters
+    ----------
+    path : str or path
+    largest : int, bytes
+
+    Raises
+    ------
+    StereoLabError
+        If there is no such file, it is no plain file, it is too large or it cannot be read.
+    """
+    path = Path(path)
+    try:
+        found = path.stat()
+        if not stat.S_ISREG(found.st_mode):
+            raise StereoLabError(f"Cannot read {path}: expected a plain file, got {_kind(found.st_mode)}.")
+        if found.st_size > largest:
+            raise StereoLabError(
+                f"Cannot read {path}: expected {largest // 1_000_000} MB at most, got {found.st_size // 1_000_000} MB."
+            )
+        return path.read_bytes()
+    except (OSError, ValueError) as error:  # ValueError: a name with a zero byte in it
+        raise StereoLabError(f"Cannot read {path}: {getattr(error, 'strerror', None) or error}.") from None
+
+
+def _kind(mode):
+    """What a file that is no plain file is, in words."""
+    kinds = ((stat.S_ISDIR, "a folder"), (stat.S_ISFIFO, "a pipe"), (stat.S_ISSOCK, "a socket"))
+    return next((words for fits, words in kinds if fits(mode)), "a device")
+
+
+def read_text(path: str | Path) -> str:
+    """Text of a plain UTF-8 file of at most 50 MB; see :func:`read_bytes`.
+
+    Raises
+    ------
+    StereoLabError
+        If it cannot be read, or is no text.
+    """
+    try:
+        return read_bytes(path, LARGEST_TEXT).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise StereoLabError(f"Cannot read {path} as text: {error}. Save it as UTF-8.") from None
+
+
+def check_target(path: str | Path) -> None:
+    """Refuse to write over what is no plain file: renaming would take the place of a device.
+
+    Raises
+    ------
+    StereoLabError
+        If there is a folder, a pipe or a device at ``path``.
+    """
+    try:
+        mode = os.stat(path).st_mode
+    except (OSError, ValueError):
+        return  # nothing is there yet; what else is wrong shows when it is written
+    if not stat.S_ISREG(mode):
+        raise StereoLabError(f"Cannot write {path}: it is {_kind(mode)}. Name a plain file.")
+
 
 def write_whole(path: str | Path, content: str | bytes) -> None:
     """Write ``content`` (str or bytes) to a temporary file beside ``path``, then rename it.
@@ -23,25 +94,28 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
     Raises
     ------
     StereoLabError
-        If the folder cannot be written to.
+        If ``path`` is no plain file, its folder cannot be written to or the disk is full.
     """
-    path = Path(path)
+    check_target(path)
     data = content.encode("utf-8") if isinstance(content, str) else content
     part = None
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, part = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+        target = Path(os.path.realpath(path))  # a link stays a link: the file it leads to is written
+        target.parent.mkdir(parents=True, exist_ok=True)
+        handle, part = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
         with os.fdopen(handle, "wb") as file:
             file.write(data)
+            file.flush()
+            os.fsync(file.fileno())  # some disks tell only here that they are full
         os.chmod(part, 0o644)
-        os.replace(part, path)
-    except OSError as error:
-        raise StereoLabError(
-            f"Cannot write {path}: {error.strerror or error}. Choose another folder, or free some space."
-        ) from error
+        os.replace(part, target)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise StereoLabError(f"Cannot write {path}: {reason}. Choose another folder, or free some space.") from error
     finally:
-        if part is not None and os.path.exists(part):
-            os.remove(part)
+        if part is not None:
+            with contextlib.suppress(OSError):  # after the rename it is gone
+                os.remove(part)
 
 
 def write_json(path: str | Path, content: object) -> None:
@@ -55,23 +129,43 @@ def read_json(path: str | Path) -> dict[str, Any]:
     Raises
     ------
     StereoLabError
-        If the file is missing, is no JSON (the line is named) or holds no object.
+        If the file cannot be read, is no JSON (the line is named) or holds no object.
     """
     path = Path(path)
     try:
-        content = json.loads(path.read_text(encoding="utf-8-sig"))
-    except FileNotFoundError:
-        raise StereoLabError(f"There is no file {path}.") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise StereoLabError(f"Cannot read {path} as text: {error}.") from None
+        content = json.loads(read_text(path))
     except json.JSONDecodeError as error:
         raise StereoLabError(
             f"{path}, line {error.lineno}: this is not valid JSON ({error.msg}). "
             "Look for a missing comma, quote or bracket there."
         ) from None
+    except RecursionError:
+        raise StereoLabError(f"{path}: its brackets are nested too deep to be read. Write it anew.") from None
+    except ValueError as error:  # a whole number of thousands of digits
+        raise StereoLabError(f"{path}: it holds a number that cannot be read ({error}).") from None
     if not isinstance(content, dict):
         raise StereoLabError(f"{path}: expected an object in braces {{…}}, got {type(content).__name__}.")
     return content
+
+
+def check_format(facts: dict[str, Any], where: str | Path, newest: int = 1) -> None:
+    """Refuse a JSON file of a format that this kit does not know.
+
+    Raises
+    ------
+    StereoLabError
+        If ``"format"`` is missing, no whole number above zero, or newer than ``newest``.
+    """
+    number = facts.get("format")
+    if "format" not in facts:
+        raise StereoLabError(f'{where}: expected "format": {newest}, which is missing. Add "format": {newest} to it.')
+    if not isinstance(number, int) or isinstance(number, bool) or number < 1:
+        raise StereoLabError(f'{where}: expected "format": {newest}, got {reprlib.repr(number)}.')
+    if number > newest:
+        raise StereoLabError(
+            f"{where}: it is of format {reprlib.repr(number)}, and this kit reads format {newest}: a newer kit made it. "
+            "Update this kit."
+        )
 
 
 def finite_number(value: Any, where: str) -> float:
@@ -84,10 +178,10 @@ def finite_number(value: Any, where: str) -> float:
     """
     try:
         number = float(value)
-    except (TypeError, ValueError):
-        raise StereoLabError(f"{where}: expected a number, got {value!r}.") from None
+    except (TypeError, ValueError, OverflowError):
+        raise StereoLabError(f"{where}: expected a number, got {reprlib.repr(value)}.") from None
     if not math.isfinite(number) or isinstance(value, bool):
-        raise StereoLabError(f"{where}: expected a finite number, got {value!r}.")
+        raise StereoLabError(f"{where}: expected a finite number, got {reprlib.repr(value)}.")
     return number
 
 
@@ -98,7 +192,7 @@ def user_folder() -> Path:
 
 def natural_key(path: str | Path) -> list[int | str]:
     """Sort key under which ``left2`` comes before ``left10``."""
-    return [int(part) if part.isdigit() else part.lower() for part in re.split(r"(\d+)", str(path))]
+    return [int(part) if part.isdecimal() else part.lower() for part in re.split(r"(\d+)", str(path))]
 
 
 def read_table(path: str | Path, columns: Sequence[str]) -> list[tuple[str, dict[str, str]]]:
@@ -109,25 +203,33 @@ def read_table(path: str | Path, columns: Sequence[str]) -> list[tuple[str, dict
     Raises
     ------
     RecordingError
-        If the file or one of the columns is missing.
+        If the file cannot be read, or one of the columns is missing.
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise RecordingError(f"Cannot read the table {path}: {reason}.") from None
+        text = read_text(path)
+        rows = _rows(text)
+        names = [name.strip() for name in rows.fieldnames or []]
+        missing = [column for column in columns if column not in names]
+        if missing:
+            raise RecordingError(
+                f"{path}, line 1: expected the columns {', '.join(columns)}; missing: {', '.join(missing)}."
+            )
+        rows.fieldnames = names
+        filled = [(f"{path}, line {rows.line_num}", row) for row in rows]
+    except RecordingError:
+        raise
+    except StereoLabError as error:
+        raise RecordingError(str(error)) from None
+    except csv.Error as error:
+        raise RecordingError(f"{path} is no table of plain text ({error}). Save it as CSV.") from None
+    return [(where, row) for where, row in filled if any((v or "").strip() for v in row.values() if isinstance(v, str))]
+
+
+def _rows(text):
+    """A reader of the lines, whichever sign stands between the columns."""
     lines = text.splitlines()
     semicolons = bool(lines) and lines[0].count(";") > lines[0].count(",")
     if semicolons:
-        text = text.replace(",", ".")
-    rows = csv.DictReader(text.splitlines(), delimiter=";" if semicolons else ",")
-    names = [name.strip() for name in rows.fieldnames or []]
-    missing = [column for column in columns if column not in names]
-    if missing:
-        raise RecordingError(
-            f"{path}, line 1: expected the columns {', '.join(columns)}; missing: {', '.join(missing)}."
-        )
-    rows.fieldnames = names
-    filled = [(f"{path}, line {rows.line_num}", row) for row in rows]
-    return [(where, row) for where, row in filled if any((v or "").strip() for v in row.values() if isinstance(v, str))]
+        lines = text.replace(",", ".").splitlines()
+    return csv.DictReader(lines, delimiter=";" if semicolons else ",")

@@ -40,19 +40,20 @@ class BallColor:
 
     @classmethod
     def named(cls, name: str) -> BallColor:
-        """One of red, orange, yellow, green, blue.
+        """One of red, orange, yellow, green, blue, in small letters or capitals.
 
         Raises
         ------
         StereoLabError
             For any other name.
         """
-        if name not in HUES:
+        known = str(name).strip().lower()
+        if known not in HUES:
             raise StereoLabError(f"There is no colour {name!r}. Choose one of {', '.join(HUES)}.")
         ranges = tuple(
-            ((low, LIGHTNESS[0], SATURATION[0]), (high, LIGHTNESS[1], SATURATION[1])) for low, high in HUES[name]
+            ((low, LIGHTNESS[0], SATURATION[0]), (high, LIGHTNESS[1], SATURATION[1])) for low, high in HUES[known]
         )
-        return cls(name, ranges, _table_from_hue(HUES[name]))
+        return cls(known, ranges, _table_from_hue(HUES[known]))
 
     @classmethod
     def from_samples(cls, images: Sequence[np.ndarray], circles: Sequence[Sequence[float]]) -> BallColor:
@@ -72,7 +73,7 @@ class BallColor:
         Raises
         ------
         StereoLabError
-            If there is no picture, or a circle lies outside its picture.
+            If there is no picture, or a circle lies outside its picture or fills it.
         """
         inside, outside = [], []
         for image, (u, v, radius) in zip(images, circles, strict=True):
@@ -85,6 +86,10 @@ class BallColor:
         if not inside:
             raise StereoLabError("To learn a colour, mark the ball in one picture at least; three or four are better.")
         ball, rest = np.concatenate(inside), np.concatenate(outside)
+        if not len(rest):
+            raise StereoLabError(
+                "The marked circles fill their pictures; the colour of what is round the ball is needed."
+            )
         return cls("learned", _hls_ranges(ball), _table_from_pixels(ball, rest))
 
     def mask(self, image: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -28,7 +29,8 @@ class Verdict:
     text: str = ""
 
     def __str__(self):
-        return f"{self.status} - {self.text}" if self.text else self.status
+        said = f"{self.status} - {self.text}" if self.text else self.status
+        return said.encode("utf-8", "backslashreplace").decode("utf-8")  # an answer may hold what cannot be printed
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +72,8 @@ class Number:
         """PASS within the tolerance; else what is wrong, by name where the mistake is known."""
         right = np.asarray(self.right, float)
         try:
-            value = np.asarray(answer, float)
-        except (TypeError, ValueError):
+            value = _numbers(answer)
+        except (TypeError, ValueError, OverflowError):
             return Verdict(NOT_YET, f"expected {_kind(right)}, this is {_a(answer)}.")
         if value.shape != right.shape and not (value.size == 1 and right.size == 1):
             return Verdict(NOT_YET, f"expected {_kind(right)}, this has the shape {value.shape}.")
@@ -121,15 +123,15 @@ class Choice:
 
     def judge(self, answer: Any) -> Verdict:
         """PASS for the right word, large or small letters; else what is wrong with the other."""
-        if not isinstance(answer, str):
+        if not issubclass(type(answer), str):
             return Verdict(NOT_YET, f"answer with one of these words, in quotes: {', '.join(self.options)}.")
-        word = answer.strip().lower()
+        word = str.strip(answer).lower()
         if word == self.right.lower() or word in self.also:
             return Verdict(PASS, self.praise)
         for mistake in self.wrong:
             if word == mistake.answer.lower():
                 return Verdict(NOT_YET, mistake.message)
-        return Verdict(NOT_YET, f"{answer!r} is not among the answers: {', '.join(self.options)}.")
+        return Verdict(NOT_YET, f"{reprlib.repr(word)} is not among the answers: {', '.join(self.options)}.")
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,11 +161,15 @@ class Function:
         """PASS where the function is right for every input; else the first that is not, or why it stopped."""
         if not callable(answer):
             return Verdict(NOT_YET, f"expected a function, this is {_a(answer)}. Give its name without brackets.")
+        if type(answer).__module__ in SESSION:
+            return Verdict(NOT_YET, "this belongs to Python itself and would end the lesson. Give a function of yours.")
         outputs = []
         for arguments in self.inputs:
             try:
                 output = answer(*(np.copy(a) if isinstance(a, np.ndarray) else a for a in arguments))
-            except Exception as error:
+            except KeyboardInterrupt:
+                raise  # the learner stops a function that does not end
+            except BaseException as error:  # SystemExit as well: it would end the notebook
                 return Verdict(NOT_YET, self._stopped(error))
             if is_blank(output):
                 return Verdict(NOT_ATTEMPTED)
@@ -175,8 +181,9 @@ class Function:
     def _stopped(self, error):
         if isinstance(error, ValueError) and self.domain:
             return self.domain
-        power = " A power is written ** in Python." if "for ^" in str(error) else ""
-        return f"your function stopped with {type(error).__name__}: {error}.{power}"
+        told = _told(error)
+        power = " A power is written ** in Python." if "for ^" in told else ""
+        return f"your function stopped with {told}.{power}"
 
     def _compare(self, outputs):
         fits = [self._same(o, self.right(*a)) for o, a in zip(outputs, self.inputs, strict=True)]
@@ -192,9 +199,10 @@ class Function:
         return Verdict(NOT_YET, f"{known}for {given} it gives {_say(outputs[k])}, and {wanted} is expected.")
 
     def _same(self, value, right):
+        truth = np.asarray(right).dtype == bool  # where True or False is asked for, they are the right kind
         try:
-            value, right = np.asarray(value, float), np.asarray(right, float)
-        except (TypeError, ValueError):
+            value, right = np.asarray(value, float) if truth else _numbers(value), np.asarray(right, float)
+        except (TypeError, ValueError, OverflowError):
             return False
         if value.shape != right.shape and not (value.size == right.size == 1):
             return False
@@ -219,8 +227,9 @@ class Command:
 
     def judge(self, answer: Any) -> Verdict:
         """PASS for the same words and numbers; else what the line says instead."""
-        if not isinstance(answer, str):
+        if not issubclass(type(answer), str):
             return Verdict(NOT_YET, f"expected a line in quotes, this is {_a(answer)}.")
+        answer = str.strip(answer)
         for sign, message in SIGNS.items():
             if sign in answer:
                 return Verdict(NOT_YET, message)
@@ -233,9 +242,10 @@ class Command:
         count = len(_words(self.right))
         if len(words) != count:
             return Verdict(NOT_YET, f"expected {count} words with blanks between them, this has {len(words)}.")
-        return Verdict(NOT_YET, f"{answer!r} says something else. Read it aloud, word by word.")
+        return Verdict(NOT_YET, f"{reprlib.repr(answer)} says something else. Read it aloud, word by word.")
 
 
+SESSION = ("_sitebuiltins", "IPython.core.autocall")  # where exit, quit and help come from: calling one ends the lesson
 SIGNS = {
     "−": "the arm does not know the sign − of a printed page. Type the minus of the keyboard: -",
     "°": "no sign ° in the line: the arm counts in degrees anyway.",
@@ -243,7 +253,7 @@ SIGNS = {
 
 
 def _words(line):
-    return [float(w) if w.lstrip("+-").replace(".", "", 1).isdigit() else w.upper() for w in line.split()]
+    return [float(w) if w.lstrip("+-").replace(".", "", 1).isdecimal() else w.upper() for w in line.split()]
 
 
 def _try(function, arguments):
@@ -255,15 +265,41 @@ def _try(function, arguments):
 
 
 def judge(kind: Number | Choice | Function | Command, answer: Any) -> Verdict:
-    """The verdict on any answer; never raises."""
-    if is_blank(answer):
-        return Verdict(NOT_ATTEMPTED)
-    if answer is None:
-        return Verdict(NOT_YET, "the answer is None. Did a function forget its return?")
+    """The verdict on any answer; never raises, unless the learner stops it."""
     try:
+        if is_blank(answer):
+            return Verdict(NOT_ATTEMPTED)
+        if answer is None:
+            return Verdict(NOT_YET, "the answer is None. Did a function forget its return?")
         return kind.judge(answer)
-    except Exception as error:
-        return Verdict(NOT_YET, f"the answer could not be looked at ({type(error).__name__}: {error}).")
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        return Verdict(NOT_YET, f"the answer could not be looked at ({_told(error)}).")
+
+
+def _told(error):
+    """The kind and the text of an error of the learner's; the text may itself fail."""
+    try:
+        return f"{type(error).__name__}: {error}"
+    except Exception:
+        return type(error).__name__
+
+
+def _numbers(answer):
+    """The answer as an array of floats.
+
+    Raises
+    ------
+    TypeError
+        For True and False, which Python counts as 1 and 0, and for complex numbers.
+    """
+    parts = answer if isinstance(answer, np.ndarray) else np.asarray(answer, object).ravel()
+    if parts.dtype.kind in "bc" or (
+        parts.dtype == object and any(isinstance(part, (bool, np.bool_, complex)) for part in parts.ravel())
+    ):
+        raise TypeError("no plain number")
+    return np.asarray(answer, float)
 
 
 def _kind(right):
@@ -278,9 +314,11 @@ def _say(value):
     """A number as people write it; an array by its shape."""
     if isinstance(value, str):
         return repr(value)
+    if isinstance(value, (bool, np.bool_)):
+        return str(bool(value))
     try:
         array = np.asarray(value, float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return _a(value)
     if array.size == 1:
         return f"{float(array.ravel()[0]):.4g}"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 
 class Blank:
     """Stands for an answer that is not written yet. Whatever is done with it, it stays a blank.
@@ -43,13 +45,26 @@ ____ = Blank()
 
 
 def is_blank(answer: Any) -> bool:
-    """True for a blank, and for a list, tuple, dictionary or array with a blank in it."""
-    if isinstance(answer, Blank):
-        return True
-    if isinstance(answer, dict):
-        return any(is_blank(value) for value in answer.values())
-    if isinstance(answer, (list, tuple)):
-        return any(is_blank(value) for value in answer)
-    if str(getattr(answer, "dtype", "")) == "object":
-        return any(is_blank(value) for value in answer.ravel())
+    """True for a blank, and for a list, tuple, dictionary or array with a blank in it, however deep."""
+    waiting, seen = [answer], set()
+    while waiting:
+        item = waiting.pop()
+        if type(item) is Blank:
+            return True
+        if id(item) not in seen:  # a list may contain itself
+            seen.add(id(item))
+            waiting.extend(_parts(item))
     return False
+
+
+def _parts(item):
+    """What is in it. The built-in ways are named: an object of the learner's may have its own, which may fail."""
+    if isinstance(item, dict):
+        return dict.values(item)
+    if isinstance(item, list):
+        return list.__iter__(item)
+    if isinstance(item, tuple):
+        return tuple.__iter__(item)
+    if isinstance(item, np.ndarray) and item.dtype == object:
+        return item.ravel().tolist()
+    return ()

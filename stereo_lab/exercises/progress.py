@@ -2,30 +2,32 @@
 
 from __future__ import annotations
 
-import json
-
-from stereo_lab.common.files import user_folder, write_whole
+from stereo_lab.common.files import read_json, user_folder, write_json
 from stereo_lab.errors import StereoLabError
 
 
 def passed(lesson: str, number: int) -> int:
     """Note that a question is passed; returns how many of its lesson are. A full disk stops nobody."""
     known = load()
-    done = set(known.get(lesson, [])) | {number}
+    done = {*known.get(lesson, []), number}
     try:
-        write_whole(_path(), json.dumps({**known, lesson: sorted(done)}, indent=1) + "\n")
+        write_json(_path(), {**known, lesson: sorted(done)})
     except StereoLabError:
         pass
     return len(done)
 
 
 def load() -> dict[str, list[int]]:
-    """``{lesson: [numbers passed]}``; empty where nothing can be read."""
+    """``{lesson: [numbers passed]}``; what cannot be read, or is no number, is left out."""
     try:
-        known = json.loads(_path().read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        known = read_json(_path())
+    except StereoLabError:
         return {}
-    return known if isinstance(known, dict) else {}
+    return {
+        lesson: [n for n in numbers if isinstance(n, int)]
+        for lesson, numbers in known.items()
+        if isinstance(numbers, list)
+    }
 
 
 def _path():

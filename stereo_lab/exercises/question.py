@@ -43,7 +43,7 @@ class Question:
         return f"{int(self.lesson)}.{self.number}"
 
     def check(self, answer: Any) -> None:
-        """Print NOT ATTEMPTED, NOT YET with the reason, or PASS. Never raises."""
+        """Print NOT ATTEMPTED, NOT YET with the reason, or PASS. Never raises, unless you stop it (Ctrl-C)."""
         verdict = judge(self.answer, answer)
         if verdict.status != PASS:
             print(verdict)

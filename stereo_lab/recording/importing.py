@@ -13,6 +13,7 @@ import cv2
 
 from stereo_lab.common.files import natural_key, write_json
 from stereo_lab.errors import RecordingError
+from stereo_lab.recording.bounds import color_name
 from stereo_lab.recording.model import Ball, Board, Recording
 from stereo_lab.recording.opening import open_recording
 from stereo_lab.recording.pictures import PICTURES, read_image
@@ -53,7 +54,7 @@ def import_images(
         "image_size": list(size),
         "frame_rate": 10,
         "board": {"columns": board.columns, "rows": board.rows, "square_mm": board.square_mm},
-        "ball": {"color": ball.color, "diameter_mm": ball.diameter_mm},
+        "ball": {"color": color_name(ball.color, "ball color"), "diameter_mm": ball.diameter_mm},
     }
     _build_whole(out, halves, facts)
     return open_recording(out.resolve())
@@ -91,10 +92,14 @@ def _copy_picture(path, target):
 
 
 def _expand(pattern):
-    paths = [Path(p) for p in glob.glob(os.path.expanduser(str(pattern)))]
+    """Files that match, in natural order. The Windows prompt hands quotes on, so one pair round it is taken off."""
+    pattern = str(pattern).strip()
+    if len(pattern) >= 2 and pattern[0] == pattern[-1] and pattern[0] in "\"'":
+        pattern = pattern[1:-1]
+    paths = [Path(p) for p in glob.glob(os.path.expanduser(pattern))]
     paths = sorted((p for p in paths if p.is_file()), key=natural_key)
     if not paths:
-        raise RecordingError(f"No file matches {str(pattern)!r}. Put the pattern in quotes and check the folder.")
+        raise RecordingError(f"No file matches {pattern!r}. Put the pattern in quotes and check the folder.")
     return paths
 
 

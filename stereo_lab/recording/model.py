@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import reprlib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from stereo_lab.common.files import finite_number, natural_key, read_table
+from stereo_lab.common.files import natural_key, read_table
 from stereo_lab.errors import RecordingError
 from stereo_lab.kinematics import TwoLinkArm
+from stereo_lab.recording.bounds import color_name, corner_count, length_mm, place_mm, plain_name
 from stereo_lab.recording.pictures import PICTURES, read_image
 
 
@@ -21,11 +23,21 @@ class Board:
     ----------
     columns, rows : int, of inner corners
     square_mm : float, side of one square
+
+    Raises
+    ------
+    StereoLabError
+        If it has fewer than 3 or more than 100 of them each way, or its squares fit into no room.
     """
 
     columns: int
     rows: int
     square_mm: float
+
+    def __post_init__(self):
+        corner_count(self.columns, "board columns")
+        corner_count(self.rows, "board rows")
+        length_mm(self.square_mm, "board square_mm")
 
     @property
     def corners_mm(self) -> np.ndarray:
@@ -42,10 +54,19 @@ class Ball:
     ----------
     color : str, one of ``COLORS``
     diameter_mm : float
+
+    Raises
+    ------
+    StereoLabError
+        If there is no such colour, or the ball fits into no room.
     """
 
     color: str
     diameter_mm: float
+
+    def __post_init__(self):
+        color_name(self.color, "ball color")
+        length_mm(self.diameter_mm, "ball diameter_mm")
 
 
 @dataclass(frozen=True)
@@ -189,9 +210,9 @@ class Recording:
         Raises
         ------
         RecordingError
-            If the set is missing or empty, or half of a pair is missing.
+            If the set is missing or empty, its name is a path, or half of a pair is missing.
         """
-        folder = self.path / set_name
+        folder = self.path / plain_name(set_name, f"{self.path}, set")
         left = _pictures(folder / "left")
         if not left:
             there = ", ".join(self.sets) or "none"
@@ -217,7 +238,7 @@ class Recording:
         samples = []
         for where, row in rows:
             pair = _find_pair(pairs, row["name"], where)
-            measured = Position(*(finite_number(row[k], f"{where}, {k}") for k in ("x_mm", "y_mm", "depth_mm")))
+            measured = Position(*(place_mm(row[k], f"{where}, {k}") for k in ("x_mm", "y_mm", "depth_mm")))
             ball = self.true_ball(set_name, pair.name)
             truth = None if ball is None else Position(*map(float, ball["ball"]))
             samples.append(Sample(pair, measured, truth, (row.get("use") or "").strip()))
@@ -296,7 +317,9 @@ def _find_pair(pairs, name, where):
     name = (name or "").strip()
     if name in pairs:
         return pairs[name]
-    alike = [p for p in pairs.values() if name.isdigit() and p.name.isdigit() and int(p.name) == int(name)]
+    alike = [
+        p for p in pairs.values() if name.isdecimal() and p.name.isdecimal() and p.name.lstrip("0") == name.lstrip("0")
+    ]
     if len(alike) == 1:
         return alike[0]
-    raise RecordingError(f"{where}: there is no picture named {name!r} in this set.")
+    raise RecordingError(f"{where}: there is no picture named {reprlib.repr(name)} in this set.")

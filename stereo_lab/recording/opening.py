@@ -3,15 +3,30 @@
 from __future__ import annotations
 
 import os
+import reprlib
 from pathlib import Path
 
-from stereo_lab.common.files import finite_number, read_json
+from stereo_lab.common.files import check_format, read_json
 from stereo_lab.errors import RecordingError, StereoLabError
 from stereo_lab.kinematics import TwoLinkArm
+from stereo_lab.recording.bounds import (
+    COLORS,
+    PICTURE_PX,
+    PICTURES_A_SECOND,
+    TURNS_DEG,
+    color_name,
+    corner_count,
+    length_mm,
+    number_in,
+    plain_name,
+    whole_in,
+)
 from stereo_lab.recording.model import Ball, Board, Recording
+from stereo_lab.recording.pictures import LARGEST_PICTURE
+from stereo_lab.recording.truth import read_truth
 
 REPOSITORY = Path(__file__).resolve().parent.parent.parent
-COLORS = ("red", "orange", "yellow", "green", "blue")
+__all__ = ["COLORS", "REPOSITORY", "open_recording"]
 
 
 def open_recording(path: str | Path | None = None) -> Recording:
@@ -56,30 +71,46 @@ def _find_folder(path):
 
 def _parse(folder, facts):
     where = folder / "recording.json"
-    width, height = (_count(v, f"{where}, image_size") for v in _list(facts, "image_size", 2, where))
+    check_format(facts, where)
     board, ball = _section(facts, "board", where), _section(facts, "ball", where)
-    color = str(ball.get("color", "red")).lower()
-    if color not in COLORS:
-        raise RecordingError(f"{where}, ball color: expected one of {', '.join(COLORS)}, got {color!r}.")
     arm, depth = _parse_arm(facts, where)
     return Recording(
         path=folder,
         title=str(facts.get("title", folder.name)),
         made_by=str(facts.get("made_by", "camera")),
-        image_size=(width, height),
-        frame_rate=_positive(facts.get("frame_rate", 10), f"{where}, frame_rate"),
+        image_size=_parse_size(facts, where),
+        frame_rate=number_in(facts.get("frame_rate", 10), f"{where}, frame_rate", *PICTURES_A_SECOND),
         board=Board(
-            _count(board.get("columns"), f"{where}, board columns"),
-            _count(board.get("rows"), f"{where}, board rows"),
-            _positive(board.get("square_mm"), f"{where}, board square_mm"),
+            corner_count(board.get("columns"), f"{where}, board columns"),
+            corner_count(board.get("rows"), f"{where}, board rows"),
+            length_mm(board.get("square_mm"), f"{where}, board square_mm"),
         ),
-        ball=Ball(color, _positive(ball.get("diameter_mm"), f"{where}, ball diameter_mm")),
+        ball=Ball(
+            color_name(ball.get("color", "red"), f"{where}, ball color"),
+            length_mm(ball.get("diameter_mm"), f"{where}, ball diameter_mm"),
+        ),
         arm=arm,
         arm_depth_mm=depth,
         arm_is_shipped="arm" not in facts,
-        calibrated_by=facts.get("calibrated_by"),
-        truth=read_json(folder / "truth.json") if (folder / "truth.json").is_file() else {},
+        calibrated_by=_parse_other(facts, where),
+        truth=read_truth(folder / "truth.json"),
     )
+
+
+def _parse_size(facts, where):
+    """Width and height in pixels."""
+    width, height = (whole_in(v, f"{where}, image_size", *PICTURE_PX) for v in _list(facts, "image_size", 2, where))
+    if width * height > LARGEST_PICTURE:
+        raise RecordingError(
+            f"{where}, image_size: expected {LARGEST_PICTURE // 1_000_000} megapixels at most, got {width}x{height}."
+        )
+    return width, height
+
+
+def _parse_other(facts, where):
+    """The recording beside this one whose boards are used, or None."""
+    name = facts.get("calibrated_by")
+    return None if name is None else plain_name(name, f"{where}, calibrated_by")
 
 
 SHIPPED_ARM = {"l1_mm": 250, "l2_mm": 200, "depth_mm": 1000, "theta1_deg": [-180, 180], "theta2_deg": [-160, 160]}
@@ -90,36 +121,22 @@ def _parse_arm(facts, where):
     limits = []
     for joint in ("theta1_deg", "theta2_deg"):
         turns = _list(arm, joint, 2, where) if joint in arm else SHIPPED_ARM[joint]
-        low, high = (finite_number(v, f"{where}, arm {joint}") for v in turns)
+        low, high = (number_in(v, f"{where}, arm {joint}", *TURNS_DEG, "degrees") for v in turns)
         if low >= high:
-            raise RecordingError(f"{where}, arm {joint}: expected [low, high] in degrees, got {turns!r}.")
+            raise RecordingError(f"{where}, arm {joint}: expected [low, high] in degrees, got {reprlib.repr(turns)}.")
         limits.append((low, high))
-    lengths = [_positive(arm.get(k), f"{where}, arm {k}") for k in ("l1_mm", "l2_mm", "depth_mm")]
+    lengths = [length_mm(arm.get(k), f"{where}, arm {k}") for k in ("l1_mm", "l2_mm", "depth_mm")]
     return TwoLinkArm(*lengths[:2], tuple(limits)), lengths[2]
 
 
 def _section(facts, key, where):
     if not isinstance(facts.get(key), dict):
-        raise RecordingError(f"{where}: expected an object named {key!r}, got {facts.get(key)!r}.")
+        raise RecordingError(f"{where}: expected an object named {key!r}, got {reprlib.repr(facts.get(key))}.")
     return facts[key]
 
 
 def _list(facts, key, length, where):
     value = facts.get(key)
     if not isinstance(value, list) or len(value) != length:
-        raise RecordingError(f"{where}: expected {length} numbers in {key}, got {value!r}.")
+        raise RecordingError(f"{where}: expected {length} numbers in {key}, got {reprlib.repr(value)}.")
     return value
-
-
-def _positive(value, where):
-    number = finite_number(value, where)
-    if number <= 0:
-        raise RecordingError(f"{where}: expected a number above zero, got {value!r}.")
-    return number
-
-
-def _count(value, where):
-    number = _positive(value, where)
-    if number != int(number):
-        raise RecordingError(f"{where}: expected a whole number, got {value!r}.")
-    return int(number)

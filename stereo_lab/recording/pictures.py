@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import io
+import warnings
 from pathlib import Path
 
 import cv2
 import numpy as np
+from PIL import Image
 
-from stereo_lab.errors import RecordingError
+from stereo_lab.common.files import read_bytes
+from stereo_lab.errors import RecordingError, StereoLabError
 
 PICTURES = (".jpg", ".jpeg", ".png")
+LARGEST_PICTURE = 100_000_000  # pixels; ten times those of a good camera, and 300 MB of memory
 
 
 def read_image(path: str | Path, grey_allowed: bool = False) -> np.ndarray:
@@ -18,18 +23,17 @@ def read_image(path: str | Path, grey_allowed: bool = False) -> np.ndarray:
     Raises
     ------
     RecordingError
-        If the file is missing, broken or cut short, grey (unless allowed) or not 8 bits a channel.
+        If the file is missing, no plain file, broken or cut short, too large, grey (unless allowed) or not
+        8 bits a channel.
     """
-    path = Path(path)
     try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise RecordingError(f"Cannot read the picture {path}: {error.strerror or error}.") from None
-    image = None
-    if not _is_cut_short(data):
-        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if data else None
+        data = read_bytes(path)
+    except StereoLabError as error:
+        raise RecordingError(str(error)) from None
+    _check_size(path, data)
+    image = _decode(data)
     if image is None:
-        raise RecordingError(f"{path} is broken or cut short ({len(data)} bytes). Copy or take it again.")
+        raise _broken(path, data)
     if image.dtype != np.uint8:
         raise RecordingError(
             f"{path} has {8 * image.itemsize} bits a channel; 8 are expected. Save it as a plain JPEG."
@@ -41,6 +45,41 @@ def read_image(path: str | Path, grey_allowed: bool = False) -> np.ndarray:
             )
         image = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
     return np.ascontiguousarray(image[..., :3])
+
+
+def _check_size(path, data):
+    """Refuse a picture whose header promises more pixels than a camera has: decoding would take the memory."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # Pillow warns of large pictures; the limit here is the kit's own
+            width, height = Image.open(io.BytesIO(data)).size  # reads the header alone
+    except Image.DecompressionBombError:  # above Pillow's own limit, which is higher
+        raise _too_large(path, "far more") from None
+    except (OSError, ValueError):
+        raise _broken(path, data) from None
+    if width * height > LARGEST_PICTURE:
+        raise _too_large(path, f"{width}x{height} pixels")
+
+
+def _decode(data):
+    """The picture as OpenCV reads it, or None where it cannot."""
+    if _is_cut_short(data):
+        return None
+    try:
+        return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    except cv2.error:
+        return None
+
+
+def _too_large(path, came):
+    return RecordingError(
+        f"{path} is too large: expected {LARGEST_PICTURE // 1_000_000} megapixels at most, got {came}. "
+        "Take it again, smaller."
+    )
+
+
+def _broken(path, data):
+    return RecordingError(f"{path} is broken or cut short ({len(data)} bytes). Copy or take it again.")
 
 
 def _is_cut_short(data):

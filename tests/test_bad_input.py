@@ -1,0 +1,537 @@
+"""Input that nobody means to give: each is answered in one plain sentence, and nothing is left half written."""
+
+import importlib
+import json
+import os
+import struct
+import subprocess
+import sys
+import threading
+import zlib
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pytest
+
+from conftest import ROOT
+from stereo_lab.calibration import store
+from stereo_lab.cli import main
+from stereo_lab.common.files import read_json, read_table, write_whole
+from stereo_lab.common.threads import one_thread
+from stereo_lab.detection import BallColor, BallDetector
+from stereo_lab.errors import RecordingError, StereoLabError
+from stereo_lab.exercises import progress
+from stereo_lab.recording import Ball, Board, import_images, open_recording, read_image
+
+FACTS = {
+    "format": 1,
+    "image_size": [64, 48],
+    "board": {"columns": 9, "rows": 6, "square_mm": 25.0},
+    "ball": {"color": "red", "diameter_mm": 40.0},
+}
+PICTURE = ROOT / "data" / "bench" / "snaps" / "left" / "000.jpg"
+no_pipes = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes among its files")
+
+
+@pytest.fixture
+def small(tmp_path):
+    """A recording with one pair and a table."""
+    folder = tmp_path / "small"
+    for side in ("left", "right"):
+        (folder / "position" / side).mkdir(parents=True)
+        cv2.imwrite(str(folder / "position" / side / "000.jpg"), np.zeros((48, 64, 3), np.uint8))
+    write_facts(folder)
+    write_table(folder, "000,1,2,3,fit")
+    return folder
+
+
+def write_facts(folder, **changes):
+    (folder / "recording.json").write_text(json.dumps({**FACTS, **changes}))
+
+
+def write_table(folder, row):
+    (folder / "position" / "measured.csv").write_text(f"name,x_mm,y_mm,depth_mm,use\n{row}\n")
+
+
+def refused(capsys, *arguments):
+    """What a command says when it refuses: one line, exit code 2."""
+    assert main([str(word) for word in arguments]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("stereo-lab: ") and said.count("\n") == 1
+    return said
+
+
+# --- pictures ------------------------------------------------------------------------------------------------
+
+
+def png_that_says(width, height):
+    """A PNG of a few bytes whose header promises this size."""
+
+    def chunk(kind, content):
+        return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+
+    header = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
+    return b"\x89PNG\r\n\x1a\n" + header + chunk(b"IDAT", zlib.compress(b"\0" * 99)) + chunk(b"IEND", b"")
+
+
+def jpeg_that_says(width, height):
+    """A JPEG of 8x8 pixels whose header promises this size."""
+    data = bytearray(cv2.imencode(".jpg", np.zeros((8, 8, 3), np.uint8))[1].tobytes())
+    start = data.find(b"\xff\xc0")
+    data[start + 5 : start + 9] = struct.pack(">HH", height, width)
+    return bytes(data)
+
+
+@pytest.mark.parametrize("make", [png_that_says, jpeg_that_says])
+@pytest.mark.parametrize(("side", "says"), [(60_000, "far more"), (11_000, "11000x11000")])
+def test_a_small_file_that_says_it_is_huge(tmp_path, capsys, make, side, says):
+    path = tmp_path / "bomb.png"
+    path.write_bytes(make(side, side))
+    with pytest.raises(RecordingError, match=f"100 megapixels at most, got {says}"):
+        read_image(path)
+    assert "too large" in refused(capsys, "detect", path)
+
+
+@pytest.mark.parametrize("side", [0, 30_000])
+def test_a_header_that_opencv_stumbles_over(tmp_path, side):
+    path = tmp_path / "odd.png"
+    path.write_bytes(png_that_says(side, 8))
+    with pytest.raises(RecordingError, match="broken"):
+        read_image(path)
+
+
+# --- pipes, devices, folders, large files ----------------------------------------------------------------------
+
+
+@no_pipes
+def test_pipes_are_not_waited_for(small, capsys):
+    pipe = small / "position" / "left" / "001.jpg"
+    os.mkfifo(pipe)
+    assert "got a pipe" in refused(capsys, "detect", pipe)
+    assert "got a pipe" in refused(capsys, "detect", PICTURE, "--color-from", pipe)
+    with pytest.raises(RecordingError, match="got a pipe"):
+        read_table(pipe, ("name",))
+    with pytest.raises(StereoLabError, match="got a pipe"):
+        read_json(pipe)
+
+
+@no_pipes
+@pytest.mark.parametrize("name", ["position/measured.csv", "truth.json"])
+def test_a_pipe_inside_a_recording(small, name):
+    (small / name).unlink(missing_ok=True)
+    os.mkfifo(small / name)
+    with pytest.raises(RecordingError, match="got a pipe"):
+        open_recording(small).samples("position")
+
+
+@no_pipes
+def test_a_pipe_among_the_boards(small, capsys):
+    (small / "position").rename(small / "calibration")
+    (small / "calibration" / "left" / "000.jpg").unlink()
+    os.mkfifo(small / "calibration" / "left" / "000.jpg")
+    assert "got a pipe" in refused(capsys, "calibrate", small)
+
+
+def test_a_device_and_a_folder(tmp_path, capsys):
+    assert "got a device" in refused(capsys, "detect", os.devnull)
+    assert "got a folder" in refused(capsys, "detect", tmp_path)
+
+
+def test_a_text_file_that_is_far_too_large(tmp_path):
+    path = tmp_path / "recording.json"
+    with path.open("wb") as file:
+        file.truncate(50_000_001)  # takes no room on the disk
+    with pytest.raises(StereoLabError, match="50 MB at most"):
+        read_json(path)
+
+
+def test_a_table_that_is_no_text(tmp_path):
+    path = tmp_path / "x.csv"
+    path.write_text("name\n" + "x" * 200_000 + "\n")
+    with pytest.raises(RecordingError, match="no table"):
+        read_table(path, ("name",))
+
+
+# --- numbers that no room holds ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("row", ["000,1e308,2,3,fit", "000,1,-2e5,3,fit", "000,1,2,100001,fit"])
+def test_places_that_no_room_holds(small, row):
+    write_table(small, row)
+    with pytest.raises(RecordingError, match=r"line 2, .*expected a number from -100,000 to 100,000 mm"):
+        open_recording(small).samples("position")
+
+
+BOARD, BALL, ARM = FACTS["board"], FACTS["ball"], {"l1_mm": 250, "l2_mm": 200, "depth_mm": 1000}
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"board": {**BOARD, "columns": 10**9}}, "board columns: expected a number from 3 to 100, got 1000000000"),
+        ({"board": {**BOARD, "rows": 2}}, "board rows: expected a number from 3 to 100, got 2"),
+        ({"board": {**BOARD, "square_mm": 1e308}}, "board square_mm: expected a number from 0.001 to 100,000 mm"),
+        ({"ball": {**BALL, "diameter_mm": 1e-300}}, "ball diameter_mm: expected a number"),
+        ({"ball": {**BALL, "diameter_mm": 10**400}}, "ball diameter_mm: expected a number"),
+        ({"arm": {**ARM, "l1_mm": 1e9}}, "arm l1_mm: expected a number"),
+        ({"arm": {**ARM, "depth_mm": 1e9}}, "arm depth_mm: expected a number"),
+        ({"arm": {**ARM, "theta1_deg": [-1e300, 1e300]}}, "arm theta1_deg: expected a number"),
+        ({"image_size": [10**6, 48]}, "image_size: expected a number from 8 to 20,000"),
+        ({"image_size": [20_000, 20_000]}, "image_size: expected 100 megapixels at most"),
+        ({"frame_rate": 1e9}, "frame_rate: expected a number"),
+        ({"frame_rate": 0}, "frame_rate: expected a number"),
+        ({"frame_rate": "x" * 10_000}, "frame_rate: expected a number"),
+    ],
+)
+def test_facts_that_no_room_holds(small, change, says):
+    write_facts(small, **change)
+    with pytest.raises(RecordingError, match=says) as error:
+        open_recording(small)
+    assert len(str(error.value)) < len(str(small)) + 200
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "says"),
+    [
+        ("--board", "2x6", "from 3 to 100, got '2'"),
+        ("--board", "9x1000000000", "from 3 to 100"),
+        ("--board", "²x6", "expected a number"),
+        ("--square-mm", "1e9", "from 0.001 to 100,000 mm"),
+        ("--ball-mm", "-1", "from 0.001 to 100,000 mm"),
+        ("--ball-color", "pink", "expected one of red"),
+    ],
+)
+def test_import_refuses_before_it_writes(tmp_path, capsys, option, value, says):
+    options = {"--left": PICTURE, "--right": PICTURE, "--board": "9x6", "--square-mm": "25", "--out": tmp_path / "out"}
+    words = [word for pair in {**options, option: value}.items() for word in pair]
+    said = refused(capsys, "import", *words)
+    assert option in said and says in said
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_board_too_small_for_opencv():
+    with pytest.raises(StereoLabError, match="board columns: expected a number from 3 to 100, got 2"):
+        Board(2, 6, 25.0)
+
+
+@pytest.mark.parametrize(
+    ("circle", "says"), [("116,140,1e308", "fill their"), ("1e308,0,5", "outside"), ("0,0,inf", "finite")]
+)
+def test_circles_that_no_picture_holds(tmp_path, capsys, circle, says):
+    (tmp_path / "balls.csv").write_text(f"file,u,v,radius_px\n{PICTURE},{circle}\n")
+    assert says in refused(capsys, "detect", PICTURE, "--color-from", tmp_path / "balls.csv")
+
+
+# --- names and formats -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", [7, ["bench"], "", "..", "../../x", "/etc", "a\\b", "C:x", "a\0b"])
+def test_calibrated_by_is_a_plain_name(small, name):
+    write_facts(small, calibrated_by=name)
+    with pytest.raises(RecordingError, match="calibrated_by: expected a plain name"):
+        open_recording(small)
+
+
+@pytest.mark.parametrize("ring", [("small",), ("other", "small")])
+def test_calibrated_by_leads_in_a_ring(small, capsys, ring):
+    write_facts(small, calibrated_by=ring[0])
+    if len(ring) == 2:
+        (small.parent / "other").mkdir()
+        write_facts(small.parent / "other", calibrated_by=ring[1])
+    assert "leads in a ring" in refused(capsys, "calibrate", small)
+
+
+def test_calibrated_by_names_nobody(small, capsys):
+    write_facts(small, calibrated_by="nobody")
+    assert "There is no folder" in refused(capsys, "calibrate", small)
+
+
+@pytest.mark.parametrize("name", ["../small/position", "..", "/etc", "a\\b"])
+def test_a_set_is_a_plain_name(small, name):
+    with pytest.raises(RecordingError, match="set: expected a plain name"):
+        open_recording(small).pairs(name)
+    with pytest.raises(RecordingError, match="set: expected a plain name"):
+        open_recording(small).samples(name)
+
+
+@pytest.mark.parametrize("name", ["../left/000", "../../position/left/000", "/etc/passwd"])
+def test_a_picture_in_a_table_is_one_of_the_set(small, name):
+    write_table(small, f"{name},1,2,3,fit")
+    with pytest.raises(RecordingError, match="line 2: there is no picture named"):
+        open_recording(small).samples("position")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need rights there")
+def test_a_set_may_be_a_link(small, tmp_path):
+    (small / "position").rename(tmp_path / "elsewhere")
+    (small / "position").symlink_to(tmp_path / "elsewhere")
+    assert len(open_recording(small).samples("position")) == 1
+
+
+@pytest.mark.parametrize(
+    ("number", "says"),
+    [(2, "newer kit"), ("1", 'expected "format": 1'), (True, 'expected "format": 1'), (0, "expected")],
+)
+def test_a_format_that_is_not_known(small, number, says):
+    write_facts(small, format=number)
+    with pytest.raises(RecordingError, match=says):
+        open_recording(small)
+
+
+def test_a_format_that_is_missing(small):
+    (small / "recording.json").write_text(json.dumps({k: v for k, v in FACTS.items() if k != "format"}))
+    with pytest.raises(RecordingError, match='Add "format": 1'):
+        open_recording(small)
+
+
+@pytest.mark.parametrize(
+    ("truth", "says"),
+    [
+        ({"format": 2}, "newer kit"),
+        ({"sets": []}, "expected an object"),
+        ({"sets": {"position": {"000": 5}}}, "expected an object"),
+        ({"sets": {"position": {"000": {"ball": 5}}}}, "expected three numbers"),
+        ({"sets": {"position": {"000": {"ball": [1, 2, 1e300]}}}}, "ball: expected a number from"),
+        ({"sets": {"position": {"000": {"ball": None, "left": [1, "x", 2]}}}}, "left: expected a number"),
+    ],
+)
+def test_a_truth_that_is_none(small, truth, says):
+    (small / "truth.json").write_text(json.dumps(truth))
+    with pytest.raises(RecordingError, match=says):
+        open_recording(small)
+
+
+@pytest.mark.parametrize("name", ["recording.json", "truth.json"])
+def test_brackets_within_brackets(small, capsys, name):
+    (small / name).write_text('{"a":' * 200_000 + "1" + "}" * 200_000)
+    assert "nested too deep" in refused(capsys, "calibrate", small)
+
+
+def test_a_number_of_ten_thousand_digits(small):
+    (small / "recording.json").write_text(f'{{"format": 1, "frame_rate": {"9" * 10_000}}}')
+    with pytest.raises(RecordingError, match="recording.json"):
+        open_recording(small)
+
+
+# --- words as people write them ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("quote", ["'", '"'])
+def test_quotes_that_the_windows_prompt_leaves(small, tmp_path, quote):
+    half = lambda side: f"{quote}{small / 'position' / side / '*.jpg'}{quote}"
+    made = import_images(half("left"), half("right"), Board(9, 6, 25.0), tmp_path / "out")
+    assert len(made.pairs("calibration")) == 1
+
+
+def test_colours_in_capitals(small, tmp_path, capsys):
+    write_facts(small, ball={"color": " Red", "diameter_mm": 40})
+    assert open_recording(small).ball.color == "red"
+    assert BallColor.named("Red ").name == "red" == BallDetector("RED").color.name
+    assert main(["detect", str(PICTURE), "--color", " Red"]) == 0
+    half = str(small / "position" / "left" / "*.jpg")
+    made = import_images(half, half, Board(9, 6, 25.0), tmp_path / "out", Ball("Green", 40.0))
+    assert made.ball.color == "green"
+
+
+@pytest.mark.parametrize("name", ["", "pink", None, [], 3])
+def test_colours_that_are_none(name):
+    with pytest.raises(StereoLabError, match="no colour"):
+        BallColor.named(name)
+
+
+# --- output that nobody takes --------------------------------------------------------------------------------------
+
+
+def detect_into(output, *more):
+    """Run ``detect`` with this as its standard output: (exit code, errors)."""
+    command = [sys.executable, "-m", "stereo_lab", "detect", str(PICTURE), *more]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, stdout=output, stderr=subprocess.PIPE, text=True, cwd=ROOT, env=environment)
+    return done.returncode, done.stderr
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a closed pipe looks otherwise there")
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize("more", [(), ("--json", "-")])
+def test_a_closed_pipe(monkeypatch, more, unbuffered):
+    monkeypatch.setenv("PYTHONUNBUFFERED", unbuffered)
+    reader, writer = os.pipe()
+    os.close(reader)
+    code, said = detect_into(writer, *more)
+    os.close(writer)
+    assert code == 2 and said.startswith("stereo-lab: Cannot print: ") and said.count("\n") == 1
+
+
+def test_json_to_a_folder(tmp_path, capsys):
+    assert "it is a folder" in refused(capsys, "detect", PICTURE, "--json", tmp_path)
+
+
+@no_pipes
+def test_json_to_what_is_no_plain_file(tmp_path, capsys):
+    """A pipe stands for every device: a real one would be lost for the whole computer if this failed."""
+    os.mkfifo(tmp_path / "pipe")
+    assert "it is a pipe" in refused(capsys, "detect", PICTURE, "--json", tmp_path / "pipe")
+    assert [p.name for p in tmp_path.iterdir()] == ["pipe"] and (tmp_path / "pipe").is_fifo()
+
+
+def test_json_where_no_folder_can_be(tmp_path, capsys):
+    (tmp_path / "file").touch()
+    assert "Cannot write" in refused(capsys, "detect", PICTURE, "--json", tmp_path / "file" / "d.json")
+    assert "Cannot write" in refused(capsys, "detect", PICTURE, "--json", tmp_path / "a\0b")
+
+
+@pytest.mark.parametrize("step", ["fsync", "replace", "chmod"])
+def test_a_full_disk_leaves_the_old_file(tmp_path, capsys, monkeypatch, step):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    (tmp_path / "d.json").write_text("old")
+    monkeypatch.setattr(os, step, full)
+    assert "No space left" in refused(capsys, "detect", PICTURE, "--json", tmp_path / "d.json")
+    assert [p.read_text() for p in tmp_path.iterdir()] == ["old"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need rights there")
+def test_a_link_stays_a_link(tmp_path):
+    (tmp_path / "file").write_text("old")
+    (tmp_path / "link").symlink_to(tmp_path / "file")
+    write_whole(tmp_path / "link", "new")
+    assert (tmp_path / "link").is_symlink() and (tmp_path / "file").read_text() == "new"
+
+
+# --- a home that cannot be used --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("home", ["file", "file/home"])
+def test_a_home_that_cannot_be_written(tmp_path, monkeypatch, bench_calibration, home):
+    """Its parent is a plain file: nobody, root neither, can write there."""
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("STEREO_LAB_HOME", str(tmp_path / home))
+    monkeypatch.setattr(store, "calibrate_stereo", lambda *_: bench_calibration)
+    recording = open_recording("bench")
+    assert store.calibrate_anew(recording).verdict == "good"
+    assert store.find_calibration(recording)[1] == store.BROUGHT
+    assert progress.passed("00", 1) == 1 and progress.load() == {}
+
+
+@pytest.mark.parametrize(
+    "content", ["[" * 200_000, '{"00": 5}', '{"00": [[1]]}', '{"00": ["x", null]}', "[]", "\xff", ""]
+)
+def test_a_spoilt_progress_file(tmp_path, monkeypatch, content):
+    monkeypatch.setenv("STEREO_LAB_HOME", str(tmp_path))
+    (tmp_path / "progress.json").write_text(content, encoding="latin-1")
+    assert progress.passed("00", 2) == 1
+    assert progress.load() == {"00": [2]}
+
+
+# --- one thread --------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def three_threads():
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(3)
+    yield
+    cv2.setNumThreads(before)
+
+
+def test_one_thread_within_one_thread(three_threads):
+    with one_thread():
+        with one_thread():
+            assert cv2.getNumThreads() == 1
+        assert cv2.getNumThreads() == 1
+    assert cv2.getNumThreads() == 3
+
+
+def test_one_thread_from_two_threads(three_threads):
+    """The first one in leaves before the last one does."""
+    inside, leave = threading.Event(), threading.Event()
+
+    def second():
+        with one_thread():
+            inside.set()
+            leave.wait()
+
+    other = threading.Thread(target=second)
+    with one_thread():
+        other.start()
+        inside.wait()
+    assert cv2.getNumThreads() == 1
+    leave.set()
+    other.join()
+    assert cv2.getNumThreads() == 3
+
+
+def test_one_thread_is_left_by_an_error(three_threads):
+    with pytest.raises(ValueError), one_thread():
+        raise ValueError
+    assert cv2.getNumThreads() == 3
+
+
+# --- rendering without its library -------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def llvm(monkeypatch):
+    """data/render/llvm.py; the renderer itself is not needed for it."""
+    monkeypatch.syspath_prepend(str(ROOT / "data" / "render"))
+    return importlib.import_module("llvm")
+
+
+def modules(found, error=None, version=19):
+    """What stands for drjit and mitsuba: a computer where LLVM is found, or not."""
+    drjit = SimpleNamespace(
+        JitBackend=SimpleNamespace(LLVM="llvm"),
+        has_backend=lambda backend: found,
+        detail=SimpleNamespace(llvm_version=lambda: (version, 0, 0)),
+    )
+    chosen = []
+
+    def set_variant(name):
+        if error:
+            raise error
+        chosen.append(name)
+
+    return drjit, SimpleNamespace(set_variant=set_variant, chosen=chosen)
+
+
+def test_rendering_with_llvm(llvm):
+    drjit, mitsuba = modules(found=True)
+    llvm.start(drjit, mitsuba)
+    assert mitsuba.chosen == ["llvm_ad_rgb"]
+
+
+@pytest.mark.parametrize(("found", "error"), [(False, None), (True, ImportError("the LLVM backend is inactive"))])
+def test_rendering_without_llvm(llvm, found, error):
+    with pytest.raises(StereoLabError, match="apt install libllvm19.*DRJIT_LIBLLVM_PATH"):
+        llvm.start(*modules(found, error))
+
+
+def test_rendering_with_an_llvm_that_is_too_old(llvm):
+    with pytest.raises(StereoLabError, match="16 or newer, and 15 was found"):
+        llvm.start(*modules(found=True, version=15))
+
+
+def test_where_llvm_is_looked_for(llvm, tmp_path):
+    (tmp_path / "arch").mkdir()
+    library = tmp_path / "arch" / "libLLVM.so.19.1"
+    library.touch()
+    environment = {}
+    llvm.point_to_llvm(environment, tmp_path / "arch")
+    assert environment == {}
+    llvm.point_to_llvm(environment, tmp_path)
+    assert environment == {"DRJIT_LIBLLVM_PATH": str(library)}
+    with pytest.raises(StereoLabError, match="no such file"):
+        llvm.point_to_llvm({"DRJIT_LIBLLVM_PATH": str(tmp_path / "gone")}, tmp_path)
+
+
+def test_render_says_what_is_missing(tmp_path, monkeypatch, capsys):
+    """Whatever is installed here: a library named wrongly is told before Mitsuba is imported."""
+    for name in ("record", "optics", "llvm"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.setenv("DRJIT_LIBLLVM_PATH", str(tmp_path / "gone"))
+    said = refused(capsys, "render", "bench", "--out", tmp_path / "out")
+    assert "DRJIT_LIBLLVM_PATH" in said or "mitsuba" in said
+    assert list(tmp_path.iterdir()) == []
