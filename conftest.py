@@ -7,12 +7,11 @@ from pathlib import Path
 import pytest
 from nbval.plugin import IPyNbCell
 
-from stereo_lab.calibration import calibrate_recording
-from stereo_lab.recording import open_recording
 from tests.printed import Printed
 
 ROOT = Path(__file__).resolve().parent
 HOME = tempfile.TemporaryDirectory(prefix="stereo_lab_home_")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as lab.py does, and before numpy is loaded
 os.environ["STEREO_LAB_HOME"] = HOME.name  # nothing of whoever runs the tests is read or written; kernels inherit it
 
 plain_sanitize = IPyNbCell.sanitize
@@ -32,16 +31,22 @@ IPyNbCell.sanitize = sanitize
 
 @pytest.fixture(scope="session")
 def bench():
+    from stereo_lab.recording import open_recording
+
     return open_recording(ROOT / "data" / "bench")
 
 
 @pytest.fixture(scope="session")
 def second_rig():
+    from stereo_lab.recording import open_recording
+
     return open_recording(ROOT / "data" / "second_rig")
 
 
 @pytest.fixture(scope="session")
 def bench_calibration(bench):
+    from stereo_lab.calibration import calibrate_recording
+
     return calibrate_recording(bench)
 
 

@@ -142,6 +142,8 @@ def run(arguments):
     # The environment's own tools come first on the path, as in an activated environment.
     environment = dict(os.environ, PATH=BIN + os.pathsep + os.environ.get("PATH", ""), VIRTUAL_ENV=VENV)
     environment["STEREO_LAB_COMMAND"] = ME
+    # The kit's matrices are small: several threads would spend their time waiting for each other.
+    environment.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         return subprocess.run(command, env=environment).returncode
     except KeyboardInterrupt:

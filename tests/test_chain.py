@@ -13,8 +13,11 @@ import numpy as np
 import pytest
 
 from conftest import ROOT
+from stereo_lab.calibration import StereoCalibration, find_calibration
+from stereo_lab.calibration.store import BROUGHT
 from stereo_lab.errors import CalibrationError
 from stereo_lab.localization import Localizer
+from stereo_lab.recording import open_recording
 from stereo_lab.results import benchmark as measure
 
 
@@ -76,11 +79,21 @@ def test_detect_writes_json(tmp_path):
     assert row["detection"]["u"] == pytest.approx(truth[0], abs=1.5)
 
 
-def test_calibrate_writes_json(tmp_path):
-    code, out, _ = run("calibrate", "bench", "--json", tmp_path / "c.json")
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["bench", "second_rig"])
+def test_calibrating_anew_gives_what_the_recording_brings(name, tmp_path):
+    """The shipped calibration was made on another computer: parameters and verdict are the same here."""
+    shipped = StereoCalibration.load(ROOT / "data" / name / "calibration.json")
+    code, out, _ = run("calibrate", name, "--json", tmp_path / "c.json", "--save", tmp_path / "cal.json")
     facts = json.loads((tmp_path / "c.json").read_text())
-    assert code == 0 and "verdict: good" in out
-    assert facts["pairs"] == 24 and facts["pairs_used"] + len(facts["dropped"]) == 24
+    assert code == 0 and f"verdict: {shipped.verdict}" in out
+    assert facts["pairs"] == shipped.pairs == facts["pairs_used"] + len(facts["dropped"])
+    anew = StereoCalibration.load(tmp_path / "cal.json")
+    assert (anew.verdict, anew.used, anew.made_from) == (shipped.verdict, shipped.used, shipped.made_from)
+    for side in ("left", "right"):
+        assert np.allclose(anew.camera(side)[0], shipped.camera(side)[0], atol=0.5)
+    assert np.allclose(anew.translation_mm, shipped.translation_mm, atol=0.1)
+    assert np.allclose(anew.rotation, shipped.rotation, atol=2e-4)
 
 
 @pytest.mark.slow
@@ -105,7 +118,10 @@ def test_import_then_calibrate(tmp_path):
         "--board", "9x6", "--square-mm", "25", "--out", tmp_path / "mine",
     )  # fmt: skip
     assert code == 0 and "10 pairs" in out
-    assert run("calibrate", tmp_path / "mine")[0] == 0
+    code, out, _ = run("calibrate", tmp_path / "mine", "--keep", "--json", tmp_path / "c.json")
+    facts = json.loads((tmp_path / "c.json").read_text())
+    assert code == 0 and "verdict: " in out and facts["pairs"] == 10
+    assert find_calibration(open_recording(tmp_path / "mine"))[1] == BROUGHT
 
 
 @pytest.mark.parametrize(
