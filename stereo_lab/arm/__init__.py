@@ -8,6 +8,6 @@ with connect("virtual://arm") as arm:    # or COM3, /dev/ttyUSB0, socket://…
 
 from stereo_lab.arm.arm import Arm, connect
 from stereo_lab.arm.line import ports
-from stereo_lab.kinematics import JointAngles
+from stereo_lab.kinematics import JointAngles, TwoLinkArm
 
-__all__ = ["Arm", "JointAngles", "connect", "ports"]
+__all__ = ["Arm", "JointAngles", "TwoLinkArm", "connect", "ports"]

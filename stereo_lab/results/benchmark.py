@@ -13,10 +13,9 @@ from typing import Any
 import cv2
 import numpy as np
 
-from stereo_lab.arm import JointAngles, connect
+from stereo_lab.arm import JointAngles, TwoLinkArm, connect
 from stereo_lab.common.threads import one_thread
 from stereo_lab.detection import Detection
-from stereo_lab.kinematics import TwoLinkArm
 from stereo_lab.localization import Localizer
 from stereo_lab.recording import Position, Recording
 

@@ -7,15 +7,12 @@ A controller reads lines, drives two joints and writes lines. It sees its motors
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from stereo_lab.arm import protocol as wire
 from stereo_lab.arm.virtual.interpreter import Interpreter
 from stereo_lab.arm.virtual.joint import BACK, CREEP, IDLE, MOVE, PUSH, REST, SECOND_JOINT, SEEK, Joint
+from stereo_lab.arm.virtual.plant import Plant
 from stereo_lab.motion import REST_TICKS, TICK_S, SlowDownRule
-
-if TYPE_CHECKING:  # the port imports the controller
-    from stereo_lab.arm.virtual.port import Plant
 
 HOMING = (SEEK, BACK, CREEP, REST)
 SEEK_DEG, SEEK_DEG_S, BACK_DEG, CREEP_DEG_S = 400.0, 60.0, 8.0, 10.0

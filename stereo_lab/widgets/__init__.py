@@ -1,0 +1,17 @@
+"""Every ipywidgets panel. Each is a picture with sliders beside it, drawn by OpenCV, and feeds nothing downstream.
+
+A panel answers a slider by drawing its picture anew and writing one line of text. The keyboard works: Tab goes
+to a slider, the arrow keys move it.
+"""
+
+from stereo_lab.widgets.lesson01 import epipolar_line
+from stereo_lab.widgets.lesson02 import color_thresholds, hough_parameters
+from stereo_lab.widgets.lesson04 import ball_against_disparity, depth_samples
+from stereo_lab.widgets.lesson05 import arm_reaches
+from stereo_lab.widgets.lesson06 import stopping
+from stereo_lab.widgets.panel import Panel
+
+__all__ = [
+    "Panel", "arm_reaches", "ball_against_disparity", "color_thresholds", "depth_samples", "epipolar_line",
+    "hough_parameters", "stopping",
+]  # fmt: skip

@@ -1,0 +1,65 @@
+"""A picture with sliders beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import cv2
+import ipywidgets
+import numpy as np
+
+# Okabe and Ito, as OpenCV counts: blue, green, red
+BLUE, ORANGE, VERMILION, BLACK, WHITE, GREY = (
+    (178, 114, 0), (0, 159, 230), (0, 94, 213), (0, 0, 0), (255, 255, 255), (200, 200, 200),
+)  # fmt: skip
+PANEL_WIDTH = 960  # px, of the picture in a panel
+LONG = {"description_width": "170px"}
+
+
+class Panel(ipywidgets.VBox):
+    """A picture, a line of text and controls. ``repr`` never changes, so that a notebook's output does not."""
+
+    def __init__(
+        self, name: str, controls: dict[str, ipywidgets.Widget], draw: Callable[..., tuple[np.ndarray, str]]
+    ) -> None:
+        """``draw(**values)`` gives the picture (BGR) and the text; ``controls`` is a dictionary of widgets."""
+        self._name, self._controls, self._draw = name, controls, draw
+        self.picture = ipywidgets.Image(format="jpeg", layout=ipywidgets.Layout(max_width="100%"))
+        self.text = ipywidgets.Label()
+        super().__init__([*controls.values(), self.text, self.picture])
+        for control in controls.values():
+            control.observe(self._change, "value")
+        self._change()
+
+    def __repr__(self):
+        return f"panel: {self._name}"
+
+    def control(self, name: str) -> ipywidgets.Widget:
+        """One of the panel's controls, by name."""
+        return self._controls[name]
+
+    def _change(self, _=None):
+        image, text = self._draw(**{name: control.value for name, control in self._controls.items()})
+        self.picture.value = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, 88])[1].tobytes()
+        self.text.value = text
+
+
+def slider(description: str, value: float, low: int, high: int, step: int = 1) -> ipywidgets.IntSlider:
+    """A slider of whole numbers, as wide as all the others."""
+    return ipywidgets.IntSlider(
+        int(value), low, high, step, description=description, style=LONG, layout=ipywidgets.Layout(width="560px")
+    )
+
+
+def range_slider(description: str, value: Sequence[float], low: int, high: int) -> ipywidgets.IntRangeSlider:
+    """A slider with two ends."""
+    return ipywidgets.IntRangeSlider(
+        value=[int(v) for v in value], min=low, max=high, description=description, style=LONG,
+        layout=ipywidgets.Layout(width="560px"),
+    )  # fmt: skip
+
+
+def fit_width(image: np.ndarray, width: int) -> np.ndarray:
+    """The picture made at most ``width`` wide."""
+    scale = min(1.0, width / image.shape[1])
+    return image if scale == 1 else cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
