@@ -2,6 +2,9 @@
 
 import sys
 
-from stereo_lab.cli import main
+try:
+    from stereo_lab.cli import main
+except KeyboardInterrupt:  # Ctrl-C before anything has begun
+    sys.exit(130)
 
 sys.exit(main())

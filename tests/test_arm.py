@@ -115,18 +115,17 @@ def test_calibration_makes_moves_exact(arm):
 
 
 def test_virtual_time_runs_many_times_faster_than_the_clock(arm):
-    start, clock = time.perf_counter(), arm.port.clock()
+    start, clock = time.process_time(), arm.port.clock()  # what other programs take does not count
     for angle in (120.0, -120.0) * 5:
         arm.move_to(JointAngles(angle, -angle))
-    assert (arm.port.clock() - clock) > 5 * (time.perf_counter() - start)  # the bench measures 100 and more
+    assert (arm.port.clock() - clock) > 5 * (time.process_time() - start)  # the bench measures 100 and more
 
 
 def test_realtime_follows_the_clock():
     with connect("virtual://arm?realtime=1") as arm:
-        start = time.monotonic()
+        start, clock = time.monotonic(), arm.port.clock()
         arm.move_to(JointAngles(30.0, 0.0))
-        assert time.monotonic() - start > 0.2
-        assert arm.port.clock() == pytest.approx(time.monotonic() - start, abs=0.5)
+        assert 0.2 < arm.port.clock() - clock < time.monotonic() - start + 0.1  # never ahead; a busy machine may lag
 
 
 def test_the_same_seed_is_the_same_arm():
@@ -454,11 +453,13 @@ def test_port_in_use(pty_pair):
         connect(pty_pair[1])
 
 
-def test_a_silent_port_raises_within_a_second(pty_pair):
-    start = time.monotonic()
+def test_a_silent_port_is_asked_for_a_second(pty_pair):
+    """Told by the number of questions, which a busy machine can only make fewer."""
+    assert line.GIVE_UP_S < 1.0
     with pytest.raises(ArmError, match="does not answer"):
         connect(pty_pair[1])
-    assert time.monotonic() - start < 1.5  # a second, and what a busy machine adds
+    asked = os.read(pty_pair[0], 4096).count(b"\n") - 1  # the first line ends what was said before
+    assert 1 <= asked <= line.GIVE_UP_S / line.ANSWER_S + 1
 
 
 def test_wrong_baud_rate_is_guessed():
