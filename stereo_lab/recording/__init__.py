@@ -4,10 +4,11 @@ The format is described in ``data/README.md``.
 """
 
 from stereo_lab.recording.importing import import_images
-from stereo_lab.recording.model import Ball, Board, Position, Recording, Sample, StereoPair
+from stereo_lab.recording.model import Recording
 from stereo_lab.recording.needs import with_sets
 from stereo_lab.recording.opening import COLORS, REPOSITORY, open_recording
 from stereo_lab.recording.pictures import read_image
+from stereo_lab.recording.sample import Ball, Board, Position, Sample, StereoPair
 
 __all__ = [
     "COLORS", "REPOSITORY", "Ball", "Board", "Position", "Recording", "Sample", "StereoPair", "import_images",

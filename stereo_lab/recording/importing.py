@@ -14,9 +14,10 @@ import cv2
 from stereo_lab.common.files import natural_key, write_json
 from stereo_lab.errors import RecordingError
 from stereo_lab.recording.bounds import color_name
-from stereo_lab.recording.model import Ball, Board, Recording
+from stereo_lab.recording.model import Recording
 from stereo_lab.recording.opening import open_recording
 from stereo_lab.recording.pictures import PICTURES, read_image
+from stereo_lab.recording.sample import Ball, Board
 
 
 def import_images(

@@ -1,4 +1,4 @@
-"""What a recording is: pairs of pictures, samples with the ball at a measured place. Nothing is read before it is asked for."""
+"""An opened recording: its sets of pairs and samples. Nothing is read before it is asked for."""
 
 from __future__ import annotations
 
@@ -6,152 +6,12 @@ import reprlib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import numpy as np
-
 from stereo_lab.common.files import natural_key, read_table
 from stereo_lab.errors import RecordingError
 from stereo_lab.kinematics import TwoLinkArm
-from stereo_lab.recording.bounds import color_name, corner_count, length_mm, place_mm, plain_name
-from stereo_lab.recording.pictures import PICTURES, read_image
-
-
-@dataclass(frozen=True)
-class Board:
-    """A chessboard, told by its *inner* corners (where four squares meet).
-
-    Attributes
-    ----------
-    columns, rows : int, of inner corners
-    square_mm : float, side of one square
-
-    Raises
-    ------
-    StereoLabError
-        If it has fewer than 3 or more than 100 of them each way, or its squares fit into no room.
-    """
-
-    columns: int
-    rows: int
-    square_mm: float
-
-    def __post_init__(self):
-        corner_count(self.columns, "board columns")
-        corner_count(self.rows, "board rows")
-        length_mm(self.square_mm, "board square_mm")
-
-    @property
-    def corners_mm(self) -> np.ndarray:
-        """Inner corners on the board, row by row, shape (rows * columns, 3), z = 0."""
-        grid = np.mgrid[: self.columns, : self.rows].T.reshape(-1, 2)
-        return np.column_stack([grid * self.square_mm, np.zeros(len(grid))])
-
-
-@dataclass(frozen=True)
-class Ball:
-    """The ball.
-
-    Attributes
-    ----------
-    color : str, one of ``COLORS``
-    diameter_mm : float
-
-    Raises
-    ------
-    StereoLabError
-        If there is no such colour, or the ball fits into no room.
-    """
-
-    color: str
-    diameter_mm: float
-
-    def __post_init__(self):
-        color_name(self.color, "ball color")
-        length_mm(self.diameter_mm, "ball diameter_mm")
-
-
-@dataclass(frozen=True)
-class Position:
-    """Where the ball's centre is, on the bench.
-
-    Attributes
-    ----------
-    x_mm, y_mm : float, to the right and up
-    depth_mm : float, away from the cameras
-    """
-
-    x_mm: float
-    y_mm: float
-    depth_mm: float
-
-
-@dataclass(frozen=True)
-class StereoPair:
-    """Two pictures of one moment, read from their files each time they are asked for.
-
-    Attributes
-    ----------
-    name : str, of both files, without ending
-    left_path, right_path : Path; no right one where the left camera was alone
-    image_size : (width, height) that the pictures must have, or None for any
-    grey_allowed : bool, whether grey pictures are taken as well
-    """
-
-    name: str
-    left_path: Path
-    right_path: Path | None = None
-    image_size: tuple[int, int] | None = None
-    grey_allowed: bool = False
-
-    @property
-    def set_name(self) -> str:
-        """The set it belongs to: the name of the folder above left and right."""
-        return self.left_path.parent.parent.name
-
-    @property
-    def left(self) -> np.ndarray:
-        """The left picture, BGR, shape (height, width, 3)."""
-        return self._read(self.left_path)
-
-    @property
-    def right(self) -> np.ndarray:
-        """The right picture, BGR, shape (height, width, 3)."""
-        if self.right_path is None:
-            raise RecordingError(f"{self.left_path} was taken with the left camera alone: it has no right picture.")
-        return self._read(self.right_path)
-
-    def _read(self, path):
-        image = read_image(path, self.grey_allowed)
-        size = image.shape[1::-1]
-        if self.image_size is not None and size != tuple(self.image_size):
-            raise RecordingError(
-                f"{path} is {size[0]}x{size[1]} pixels, but this recording is "
-                f"{self.image_size[0]}x{self.image_size[1]}. All pictures of a recording have one size: "
-                "take it again, or correct image_size in recording.json."
-            )
-        return image
-
-
-@dataclass(frozen=True)
-class Sample:
-    """A pair with the ball at a measured place.
-
-    Attributes
-    ----------
-    pair : StereoPair
-    measured : Position, by the ruler
-    truth : Position, the exact place; known in rendered recordings alone
-    use : str, what measured.csv says it is for: "fit", "check", "plane", "volume" or nothing
-    """
-
-    pair: StereoPair
-    measured: Position
-    truth: Position | None
-    use: str
-
-    @property
-    def reference(self) -> Position:
-        """Where the ball is, as well as is known: the exact place, or the measured one on a camera recording."""
-        return self.truth or self.measured
+from stereo_lab.recording.bounds import place_mm, plain_name
+from stereo_lab.recording.pictures import PICTURES
+from stereo_lab.recording.sample import Ball, Board, Position, Sample, StereoPair
 
 
 @dataclass(frozen=True)

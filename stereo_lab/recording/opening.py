@@ -21,8 +21,9 @@ from stereo_lab.recording.bounds import (
     plain_name,
     whole_in,
 )
-from stereo_lab.recording.model import Ball, Board, Recording
+from stereo_lab.recording.model import Recording
 from stereo_lab.recording.pictures import LARGEST_PICTURE
+from stereo_lab.recording.sample import Ball, Board
 from stereo_lab.recording.truth import read_truth
 
 REPOSITORY = Path(__file__).resolve().parent.parent.parent
