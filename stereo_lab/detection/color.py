@@ -100,8 +100,8 @@ class BallColor:
 
     def likeness(self, image: np.ndarray) -> np.ndarray:
         """How ball-like each pixel's colour is, 0…255, shape (height, width)."""
-        index = (image >> 3).astype(np.uint16)
-        return self.table.ravel()[(index[..., 0] << 10) | (index[..., 1] << 5) | index[..., 2]]
+        blue, green, red = (image[..., k].astype(np.uint16) >> 3 for k in range(3))
+        return self.table.ravel()[(blue << 10) | (green << 5) | red]
 
 
 def _bin_colors():

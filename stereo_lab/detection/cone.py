@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import cv2
 import numpy as np
 
 from stereo_lab.detection.color import BallColor
 from stereo_lab.detection.curves import best_circle, fit_circle, fit_cone, fit_ellipse, to_rays, trust
-from stereo_lab.detection.edges import color_edge, edge_points
+from stereo_lab.detection.edges import color_edge, directions, edge_points
 from stereo_lab.detection.model import Camera
 from stereo_lab.detection.search import SURELY, blob_circles, least_radius, small_copies, voted_circles
 
@@ -27,6 +28,9 @@ CHANCE = 1.2  # a rim of n px must have CHANCE / √n more: few pixels look roun
 LEAST_FILL = 0.5  # part of the inside that has the ball's colour
 MOST_LOBES = 0.055  # of the radius: how much the outline swells in two, three or four places, as an egg or a box does
 LEAST_SHADE = 0.12  # a ball is lighter on one side; a printed disc is flat
+
+_ANGLE, _PART = np.meshgrid(np.arange(24) * np.pi / 12, np.sqrt((np.arange(8) + 0.5) / 8) * 0.85)
+INSIDE = _PART * np.cos(_ANGLE), _PART * np.sin(_ANGLE)  # places inside a ball, evenly spread, in radii
 
 
 @dataclass(frozen=True)
@@ -267,6 +271,13 @@ def _rim(image, curve, color):
     return Rim(float(on_curve.mean()), float((beyond & ~on_curve).mean()), float(ragged / len(on_curve)), seen, lobes)
 
 
+@cache
+def _waves(count):
+    """A constant, and the waves with 2, 3 and 4 crests all round, at so many rays: shape (count, 7)."""
+    angle = np.arange(count) * 2 * np.pi / count
+    return np.stack([np.ones_like(angle)] + [wave(n * angle) for n in (2, 3, 4) for wave in (np.cos, np.sin)], 1)
+
+
 def _lobes(image, curve, edge):
     """Root mean square of the waves with 2, 3 and 4 crests in the outline's distance from the curve, in radii.
 
@@ -278,18 +289,17 @@ def _lobes(image, curve, edge):
     near = strong & (np.abs(off) < 0.5 + 0.2 * radius)
     if near.sum() < 12:
         return 0.0
-    angle = np.arange(len(points)) * 2 * np.pi / len(points)
-    waves = np.stack([np.ones_like(angle)] + [wave(n * angle) for n in (2, 3, 4) for wave in (np.cos, np.sin)], 1)[near]
+    waves = _waves(len(points))[near]
     heights = np.linalg.solve(waves.T @ waves + 0.5 * np.eye(7), waves.T @ off[near])
     return float(np.sqrt(((waves[:, 1:] @ heights[1:]) ** 2).mean()) / radius)
 
 
 def _beyond(image, u, v, radius, count, color):
     """For each ray, whether the ball's colour is found just outside the rim; and the part of rays in the picture."""
-    angle = np.arange(count) * 2 * np.pi / count
+    ray = directions(count)
     radii = radius + max(1.5, 0.08 * radius) + np.array([0.0, 0.5, 1.0]) * max(1.0, 0.05 * radius)
-    x = (u + np.cos(angle)[:, None] * radii).astype(np.float32)
-    y = (v + np.sin(angle)[:, None] * radii).astype(np.float32)
+    x = (u + ray[:, :1] * radii).astype(np.float32)
+    y = (v + ray[:, 1:] * radii).astype(np.float32)
     colors = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     seen = (x[:, 0] > 0) & (x[:, 0] < image.shape[1] - 1) & (y[:, 0] > 0) & (y[:, 0] < image.shape[0] - 1)
     return color.likeness(colors).mean(1) > 110, float(seen.mean())
@@ -314,9 +324,7 @@ def _score(rim, rim_px, fill, shade):
 
 def _inside(image, u, v, radius, color):
     """Part of the inside with the ball's colour, and how much its brightness changes across it."""
-    angle, part = np.meshgrid(np.arange(24) * np.pi / 12, np.sqrt((np.arange(8) + 0.5) / 8) * 0.85)
-    x = (u + radius * part * np.cos(angle)).astype(np.float32)
-    y = (v + radius * part * np.sin(angle)).astype(np.float32)
+    x, y = (u + radius * INSIDE[0]).astype(np.float32), (v + radius * INSIDE[1]).astype(np.float32)
     colors = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     ball_like = color.likeness(colors) > 60
     if ball_like.sum() < 8:

@@ -8,6 +8,7 @@ ball's centre is.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import cv2
 import numpy as np
@@ -131,7 +132,7 @@ class Cone:
     def ray_residuals(self, rays: np.ndarray) -> np.ndarray:
         """The same for unit vectors, shape (N, 3); in px."""
         cosine = rays @ self.axis
-        slope = np.sqrt(np.clip(1 - cosine**2, 0, None)) / cosine
+        slope = np.sqrt(np.maximum(1 - cosine**2, 0)) / cosine
         return (np.arctan(slope) - self.half_angle) * self.camera[0][0, 0] / float(self.axis[2]) ** 1.5
 
 
@@ -188,8 +189,7 @@ def through(triples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def best_circle(points: np.ndarray, tolerance: float) -> Circle | None:
     """The circle through three of the points that carries most of the others, or None."""
-    triples = np.random.default_rng(2).integers(len(points), size=(60, 3))
-    centers, radii = through(points[triples])
+    centers, radii = through(points[_triples(len(points))])
     good = np.isfinite(radii)
     centers, radii = centers[good], radii[good]
     if not len(radii):
@@ -199,12 +199,18 @@ def best_circle(points: np.ndarray, tolerance: float) -> Circle | None:
     return Circle(float(centers[k, 0]), float(centers[k, 1]), float(radii[k]))
 
 
+@cache
+def _triples(count):
+    """Sixty draws of three of so many points, always the same."""
+    return np.random.default_rng(2).integers(count, size=(60, 3))
+
+
 def trust(residuals: np.ndarray, tolerance: float) -> np.ndarray:
     """Tukey's biweight: far points count nothing."""
     middle = np.partition(np.abs(residuals), len(residuals) // 2)[len(residuals) // 2]
     scale = 1.4826 * middle * 3.5
     limit = min(max(scale, 0.25), max(3 * tolerance, 0.5))
-    return np.clip(1 - (residuals / limit) ** 2, 0, None)
+    return np.maximum(1 - (residuals / limit) ** 2, 0)
 
 
 def _least_squares(terms, values, weights):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import cv2
 import numpy as np
 
@@ -60,14 +62,19 @@ def in_picture(points: np.ndarray, image: np.ndarray) -> np.ndarray:
 
 def _rays(u, v, radius, band):
     """Directions, sample distances and sample places of rays across the rim of a circle."""
-    count = int(np.clip(2 * np.pi * radius, *RAYS))
-    angle = np.arange(count) * 2 * np.pi / count
-    ray = np.stack([np.cos(angle), np.sin(angle)], 1)
+    ray = directions(int(min(max(2 * np.pi * radius, RAYS[0]), RAYS[1])))
     step = max(0.25, 2 * band / 64)
     radii = np.arange(max(0.0, radius - band), radius + band, step)
     x = (u + ray[:, :1] * radii).astype(np.float32)
     y = (v + ray[:, 1:] * radii).astype(np.float32)
     return ray, radii, x, y, step
+
+
+@cache
+def directions(count: int) -> np.ndarray:
+    """Unit vectors all round, shape (count, 2)."""
+    angle = np.arange(count) * 2 * np.pi / count
+    return np.stack([np.cos(angle), np.sin(angle)], 1)
 
 
 def _along(profiles, sigma):
@@ -78,7 +85,7 @@ def _along(profiles, sigma):
 def _light(image, x, y):
     """Linear light at sub-pixel places of the picture, shape (*x.shape, 3)."""
     x0, y0 = max(0, int(x.min()) - 2), max(0, int(y.min()) - 2)
-    part = LINEAR[image[y0 : int(y.max()) + 4, x0 : int(x.max()) + 4]]
+    part = cv2.LUT(image[y0 : int(y.max()) + 4, x0 : int(x.max()) + 4], LINEAR)
     return cv2.remap(part, x - x0, y - y0, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
 
 
@@ -86,7 +93,8 @@ def _peak(slope, middle, step, reach_px):
     """Centroid of the slope round its highest value, for every ray."""
     best = slope.argmax(1)
     reach = max(2, int(round(reach_px / step)))
-    index = np.clip(best[:, None] + np.arange(-reach, reach + 1), 0, slope.shape[1] - 1)
-    near = np.clip(np.take_along_axis(slope, index, 1), 0, None)
+    ray = np.arange(len(best))
+    index = np.minimum(np.maximum(best[:, None] + np.arange(-reach, reach + 1), 0), slope.shape[1] - 1)
+    near = np.maximum(slope[ray[:, None], index], 0)
     place = (near * middle[index]).sum(1) / np.maximum(near.sum(1), 1e-9)
-    return place, slope[np.arange(len(best)), best]
+    return place, slope[ray, best]
