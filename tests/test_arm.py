@@ -712,6 +712,17 @@ def test_monitor_keeps_what_it_saw_when_it_is_stopped(tmp_path, monkeypatch, cap
     assert len(rows) == looks and rows[0]["state"] == "off"
 
 
+def test_monitor_keeps_what_it_saw_of_an_arm_that_is_lost(tmp_path, capsys):
+    import json
+
+    from stereo_lab.cli import main
+
+    path = tmp_path / "seen.json"
+    assert main(["arm", "virtual://arm?unplugged=0.9", "monitor", "--json", str(path)]) == 2
+    assert "is gone" in capsys.readouterr().err
+    assert 2 <= len(json.loads(path.read_text())) <= 5
+
+
 @pytest.mark.parametrize("seconds", ["0", "-1", "nan"])
 def test_monitor_refuses_no_time(capsys, seconds):
     from stereo_lab.cli import main

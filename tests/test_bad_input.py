@@ -472,6 +472,23 @@ def test_one_thread_is_left_by_an_error(three_threads):
 # --- rendering without its library -------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("{", "not valid JSON"),
+        ("[]", "in braces"),
+        ("{}", "'recording'"),
+        ('{"recording": 3}', "cannot be used as a rig"),
+    ],
+)
+def test_a_rig_file_that_is_none(tmp_path, monkeypatch, text, says):
+    monkeypatch.syspath_prepend(ROOT / "data" / "render")
+    path = tmp_path / "mine.json"
+    path.write_text(text)
+    with pytest.raises(StereoLabError, match=says):
+        importlib.import_module("rig").load_rig(path)
+
+
 @pytest.fixture
 def llvm(monkeypatch):
     """data/render/llvm.py; the renderer itself is not needed for it."""

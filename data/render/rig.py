@@ -6,12 +6,14 @@ z towards the cameras. A camera frame is X right, Y down, Z forward, as in OpenC
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import cv2
 import numpy as np
+
+from stereo_lab.common.files import read_json
+from stereo_lab.errors import StereoLabError
 
 RIGS = Path(__file__).parent / "rigs"
 
@@ -100,10 +102,19 @@ def look_rotation(yaw_deg, pitch_deg, roll_deg):
 def load_rig(name, seed=None):
     """Read ``rigs/<name>.json`` (or a path to such a file)."""
     path = Path(name) if str(name).endswith(".json") else RIGS / f"{name}.json"
-    spec = json.loads(path.read_text(encoding="utf-8"))
+    spec = read_json(path)
+    try:
+        return _rig(path.stem, spec, seed)
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise StereoLabError(
+            f"{path} cannot be used as a rig: {error!r}. Compare it with {RIGS / 'bench.json'}."
+        ) from None
+
+
+def _rig(name, spec, seed):
     size = tuple(spec["recording"]["image_size"])
     return Rig(
-        name=path.stem,
+        name=name,
         recording=spec["recording"],
         seed=spec["seed"] if seed is None else seed,
         cameras={side: _camera(size, c) for side, c in spec["cameras"].items()},

@@ -8,7 +8,7 @@ import sys
 import time
 
 from stereo_lab.cli.terminal import OK, write_json_option
-from stereo_lab.errors import StereoLabError
+from stereo_lab.errors import ArmError, StereoLabError
 
 
 def run_arm(options: argparse.Namespace) -> int:
@@ -83,8 +83,12 @@ def _arm_monitor(arm, options):
         raise StereoLabError(f"--seconds: expected a number above zero, got {options.seconds}.")
     print("Every line is a look at the arm; Ctrl-C ends it.")
     rows = []
-    with contextlib.suppress(KeyboardInterrupt):  # the way to end it, so no fault: what was seen is kept
-        _look_on(arm, options.seconds, rows)
+    try:
+        with contextlib.suppress(KeyboardInterrupt):  # the way to end it, so no fault: what was seen is kept
+            _look_on(arm, options.seconds, rows)
+    except ArmError:
+        write_json_option(options.json, rows)  # what was seen before the arm was lost is kept too
+        raise
     return rows
 
 
