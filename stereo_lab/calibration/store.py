@@ -47,21 +47,22 @@ def find_calibration(
 ) -> tuple[StereoCalibration, str]:
     """The same, and where it comes from: BROUGHT, KEPT or MADE."""
     recording = boards_of(recording)
-    pairs = recording.pairs("calibration")
-    key = _key(recording, pairs)
+    key = _key(recording)
     for path, source in ((recording.path / "calibration.json", BROUGHT), (_user_path(key), KEPT)):
         found = _read(path, key)
         if found is not None:
             return found, source
-    return calibrate_anew(recording, progress), MADE
+    return _make(recording, key, progress), MADE
 
 
 def calibrate_anew(recording: Recording, progress: Callable[[int, int], object] | None = None) -> StereoCalibration:
     """Do the work even where a calibration is at hand; the result is kept in the user's folder."""
     recording = boards_of(recording)
-    pairs = recording.pairs("calibration")
-    key = _key(recording, pairs)
-    result = replace(calibrate_stereo(pairs, recording.board, progress), made_from=key)
+    return _make(recording, _key(recording), progress)
+
+
+def _make(recording, key, progress):
+    result = replace(calibrate_stereo(recording.pairs("calibration"), recording.board, progress), made_from=key)
     try:
         result.save(_user_path(key))
     except StereoLabError:
@@ -97,9 +98,9 @@ def _user_path(key):
     return user_folder() / "calibrations" / f"{key}.json"
 
 
-def _key(recording, pairs):
+def _key(recording):
     digest = hashlib.sha256(f"solver {SOLVER} {recording.board}".encode())
-    for pair in pairs:
+    for pair in recording.pairs("calibration"):
         for path in (pair.left_path, pair.right_path):
             digest.update(pair.name.encode())
             digest.update(read_bytes(path) if path else b"")
