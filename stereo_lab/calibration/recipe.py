@@ -65,6 +65,12 @@ def calibrate_stereo(
     views.sort(key=lambda view: float(view.left.sum()))  # by what is seen: a file's name decides nothing
     with one_thread():
         together = same_moment(views, board, size)
+    if not together.any():
+        raise CalibrationError(
+            "The two cameras do not see the same boards: how the board moves before the left one does not fit how it "
+            "moves before the right one. Check that the two pictures of a pair were taken at the same moment, and that "
+            "no picture is missing on one side."
+        )
     if together.sum() >= max(FEWEST, len(views) / 2):
         dropped += [(view.name, OTHER_MOMENT) for view, same in zip(views, together, strict=True) if not same]
         views = [view for view, same in zip(views, together, strict=True) if same]

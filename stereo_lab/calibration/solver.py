@@ -19,6 +19,7 @@ FEWEST_TO_HOLD_OUT = 8
 OUTLIER = 3.0  # times the median reprojection error
 SHAPE_ROUNDS = 4
 APART_PX, APART = 8.0, 6.0  # at least, and times the median: two pictures of two moments
+BLIND = 0.5  # of the error of who guesses the mean board: a camera that tells no better knows nothing of the other
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +69,8 @@ def same_moment(views: Sequence[View], board: Board, size: tuple[int, int]) -> n
     """For each pair, whether its two pictures can be of one moment: shape (pairs,) of bool.
 
     Each camera alone tells where the board is. From the left camera's word and the middle of all pairs'
-    rotations and translations follows where the right camera must see it.
+    rotations and translations follows where the right camera must see it. Where that tells the right pictures
+    hardly better than the mean of all boards does, no pair is of one moment.
     """
     flat = board.corners_mm.astype(np.float32)
     left, right = [v.left for v in views], [v.right for v in views]
@@ -86,6 +88,9 @@ def same_moment(views: Sequence[View], board: Board, size: tuple[int, int]) -> n
         told = cv2.projectPoints(flat, cv2.Rodrigues(turn @ turned)[0], turn @ place + shift, *solved[1][:2])[0]
         errors.append(np.linalg.norm(told.reshape(-1, 2) - seen, axis=1).mean())
     apart = np.array(errors)
+    guessed = np.linalg.norm(np.array(right) - np.mean(right, axis=0), axis=2).mean(1)
+    if np.median(apart) > max(APART_PX, BLIND * np.median(guessed)):
+        return np.zeros(len(views), bool)
     return apart < np.maximum(APART_PX, APART * np.median(apart))
 
 
