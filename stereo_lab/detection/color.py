@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cache
 
 import cv2
 import numpy as np
@@ -111,6 +112,7 @@ def _bin_colors():
     return grid.reshape(BINS * BINS, BINS, 3)
 
 
+@cache
 def _table_from_hue(hues):
     """1 inside the hue range, falling off over 6 steps of hue; grey and black fall off as well."""
     colors = _bin_colors()
@@ -122,7 +124,9 @@ def _table_from_hue(hues):
     chroma = colors.max(-1).astype(float) - colors.min(-1)
     colorful = chroma / np.maximum(colors.max(-1), 1)
     closeness = np.clip(1 - away / 6, 0, 1) * np.clip((colorful - 0.25) / 0.2, 0, 1) * np.clip((chroma - 12) / 18, 0, 1)
-    return (255 * closeness).astype(np.uint8).reshape(BINS, BINS, BINS)
+    table = (255 * closeness).astype(np.uint8).reshape(BINS, BINS, BINS)
+    table.flags.writeable = False  # all who ask for this colour share it
+    return table
 
 
 def _table_from_pixels(ball, rest):

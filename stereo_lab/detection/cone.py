@@ -157,11 +157,14 @@ def measure(
 
 
 def _judged(image, curve, color, offset):
-    rim = _rim(image, curve, color)
     fill, shade = _inside(image, curve.u, curve.v, curve.radius_px, color)
-    score = _score(rim, 2 * np.pi * curve.radius_px, fill, shade)
+    if fill < LEAST_FILL or shade < LEAST_SHADE:  # no ball: its rim need not be looked at
+        support = score = 0.0
+    else:
+        rim = _rim(image, curve, color)
+        support, score = rim.support, _score(rim, 2 * np.pi * curve.radius_px)
     center = curve.center
-    return Round((center[0] + offset[0], center[1] + offset[1]), curve.ball_radius_px, rim.support, fill, shade, score)
+    return Round((center[0] + offset[0], center[1] + offset[1]), curve.ball_radius_px, support, fill, shade, score)
 
 
 def _follow(image, circle, edge, share, curve=None, exact=None):
@@ -314,9 +317,9 @@ def _longest_gap(missing):
     return int((edges[1::2] - edges[::2]).max(initial=0))
 
 
-def _score(rim, rim_px, fill, shade):
+def _score(rim, rim_px):
     """BALL where there is just enough evidence, up to 1 with more, 0 where it cannot be a ball."""
-    if fill < LEAST_FILL or shade < LEAST_SHADE or rim.seen < 0.5 or rim.lobes > MOST_LOBES:
+    if rim.seen < 0.5 or rim.lobes > MOST_LOBES:
         return 0.0
     evidence = rim.support - 1.5 * rim.overflow - 0.25 * rim.ragged
     return float(np.clip(BALL + evidence - LEAST_EVIDENCE - CHANCE / np.sqrt(rim_px), 0, 1))
