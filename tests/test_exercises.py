@@ -17,6 +17,7 @@ from stereo_lab.exercises import LESSONS, ____, questions
 from stereo_lab.exercises.answers import Choice, Command, Function, Number, Wrong, judge
 from stereo_lab.exercises.question import lesson
 from stereo_lab.recording import open_recording
+from tests.written import assert_as_written
 
 
 @pytest.fixture(autouse=True)
@@ -62,6 +63,47 @@ def test_wrong_answers_get_their_own_message(asked, capsys):
             q.check(wrong.answer)
             assert capsys.readouterr().out == f"NOT YET - {wrong.message}\n", q.name
             assert q.carry(wrong.answer) is q.reference
+
+
+def answer_in_words(kind):
+    """One line for the right answer and one for each mistake that is known; functions say what they give."""
+
+    def said(answer):
+        if callable(answer):
+            tries = [(a, _given(answer, a)) for a in kind.inputs]
+            return "; ".join(f"{in_words(a)} -> {in_words(given)}" for a, given in tries)
+        return in_words(answer)
+
+    room = f" (± {kind.tolerance:#.3g} {kind.unit})" if hasattr(kind, "tolerance") else ""
+    return [f"right{room}: {said(kind.right)}", *(f"{said(w.answer)}: {w.message}" for w in kind.wrong)]
+
+
+def _given(function, arguments):
+    try:
+        return function(*arguments)
+    except (ValueError, ZeroDivisionError) as error:
+        return type(error).__name__
+
+
+def in_words(value):
+    """Numbers to four digits; of a large array, its shape and mean."""
+    if isinstance(value, (str, bool, np.bool_)) or value is None:
+        return str(value)
+    if isinstance(value, (list, tuple)):
+        return "(" + ", ".join(map(in_words, value)) + ")"
+    try:
+        array = np.asarray(value, float)
+    except TypeError:
+        return type(value).__name__
+    if array.size > 12:
+        return f"array {array.shape}, mean {array.mean():#.4g}"
+    return " ".join(f"{v:#.4g}" for v in array.ravel())
+
+
+def test_answers_are_those_written_down(asked, request):
+    name = request.node.callspec.id
+    lines = [line for q in asked for line in (q.name, *answer_in_words(q.answer))]
+    assert_as_written(f"answers/{name}", lines, {"absolute": 0.02, "relative": 0.003})
 
 
 def test_other_wrong_answers_never_raise(asked, capsys):
