@@ -1,10 +1,12 @@
 """The whole chain, and every command as a user runs it."""
 
+import io
 import json
 import os
 import signal
 import subprocess
 import sys
+import types
 from dataclasses import replace
 
 import cv2
@@ -14,10 +16,13 @@ import pytest
 from conftest import ROOT
 from stereo_lab.calibration import StereoCalibration, find_calibration
 from stereo_lab.calibration.store import BROUGHT
+from stereo_lab.cli import main, terminal
+from stereo_lab.common.tables import closing_table
 from stereo_lab.errors import CalibrationError
 from stereo_lab.localization import Localizer
 from stereo_lab.recording import open_recording
 from stereo_lab.results import benchmark as measure
+from stereo_lab.results.evaluation import clutter_of
 
 
 def run(*arguments, cwd=ROOT):
@@ -195,3 +200,72 @@ def test_bench_measures_every_way(bench, bench_calibration, monkeypatch):
     assert arrays["times"] > 20 > 1 > searched["times"]
     for row in (*groups["locating"], *groups["inverse_kinematics"], *groups["virtual_arm"]):
         assert row["way"] in measure.page(groups) and row["times"] > 0
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_the_progress_line_fills_from_left_to_right(monkeypatch):
+    shown = Terminal()
+    monkeypatch.setattr(sys, "stderr", shown)
+    clock = iter(range(1, 100))
+    monkeypatch.setattr(terminal.time, "monotonic", lambda: next(clock))
+    with terminal.Progress() as progress:
+        for done in (0, 1, 3, 4):
+            progress("look", done, 4)
+    lines = [f"  [{'#' * n}{'.' * (24 - n)}] {done}/4  look" for n, done in ((0, 0), (6, 1), (18, 3), (24, 4))]
+    assert shown.getvalue().split("\r\033[K") == ["", *lines, ""]
+
+
+def test_the_progress_line_is_drawn_ten_times_a_second_and_at_the_end(monkeypatch):
+    shown = Terminal()
+    monkeypatch.setattr(sys, "stderr", shown)
+    monkeypatch.setattr(terminal.time, "monotonic", lambda: 5.0)
+    with terminal.Progress() as progress:
+        for done in range(8):
+            progress("look", done, 7)
+    assert shown.getvalue().count("look") == 2 and "7/7" in shown.getvalue()
+
+
+def test_no_progress_line_in_a_file(monkeypatch):
+    shown = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", shown)
+    with terminal.Progress() as progress:
+        progress("look", 7, 7)
+    assert shown.getvalue() == ""
+
+
+def test_a_closing_table_has_aligned_columns(capsys):
+    closing_table([("depth (mm)", 8, "16.9", ""), ("snaps", "99.2 %", "", "100 %")])
+    assert capsys.readouterr().out.splitlines() == [
+        "             paper  its method here   ours",
+        "------------------------------------------",
+        "depth (mm)       8             16.9      -",
+        "snaps       99.2 %                -  100 %",
+    ]
+    with pytest.raises(ValueError):
+        closing_table([("depth (mm)", 8, "16.9", "0.8", "one too many")])
+
+
+def test_clutter_of_the_same_cameras_is_found_and_no_other(bench):
+    assert clutter_of(bench).name == "clutter"
+    for name in ("aaa", "second_rig", "zzz"):
+        assert clutter_of(replace(bench, path=bench.path.with_name(name))) is None
+
+
+def test_render_writes_beside_the_other_recordings(monkeypatch, capsys, tmp_path):
+    """With a stand-in for the renderer, which is an extra."""
+    calls = []
+    stand_in = types.ModuleType("record")
+    stand_in.record = lambda name, out, seed, sets, report: calls.append((name, out, seed, sets, report(1, 2, "x")))
+    monkeypatch.setitem(sys.modules, "record", stand_in)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    assert main(["render", "bench"]) == 0
+    assert main(["render", "bench", "--out", str(tmp_path), "--seed", "7", "--sets", "snaps,depth"]) == 0
+    assert calls == [
+        ("bench", ROOT / "data" / "bench", None, None, None),
+        ("bench", tmp_path, 7, ["snaps", "depth"], None),
+    ]
+    assert f"{tmp_path} is complete (a rendered recording)" in capsys.readouterr().out

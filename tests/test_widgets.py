@@ -55,10 +55,10 @@ def test_every_control_changes_the_picture_or_the_text(panels):
 
 
 def thumbnail(panel):
-    """The panel's picture, 12 by 6 patches of mean grey."""
+    """The panel's picture, 30 by 15 patches of mean grey."""
     image = cv2.imdecode(np.frombuffer(bytes(panel.picture.value), np.uint8), cv2.IMREAD_GRAYSCALE)
     return f"{image.shape[1]}x{image.shape[0]}: " + " ".join(
-        map(str, cv2.resize(image, (12, 6), interpolation=cv2.INTER_AREA).ravel())
+        map(str, cv2.resize(image, (30, 15), interpolation=cv2.INTER_AREA).ravel())
     )
 
 
@@ -71,7 +71,7 @@ def test_panels_show_what_is_written_down(panels):
                 control.value = value
                 lines += [f"{name} {value}", panel.text.value, thumbnail(panel)]
             control.value = start
-        assert_as_written(f"panels/{panel!r}", lines, {"whole": 4, "absolute": 0.2})
+        assert_as_written(f"panels/{panel!r}", lines, {"whole": 3, "absolute": 0.2})
 
 
 def test_repr_is_fixed(panels):
