@@ -16,7 +16,7 @@ import pytest
 from conftest import ROOT
 from stereo_lab.calibration import StereoCalibration, find_calibration
 from stereo_lab.calibration.store import BROUGHT
-from stereo_lab.cli import main, terminal
+from stereo_lab.cli import checks, main, terminal
 from stereo_lab.common.tables import closing_table
 from stereo_lab.errors import CalibrationError
 from stereo_lab.localization import Localizer
@@ -269,3 +269,17 @@ def test_render_writes_beside_the_other_recordings(monkeypatch, capsys, tmp_path
         ("bench", tmp_path, 7, ["snaps", "depth"], None),
     ]
     assert f"{tmp_path} is complete (a rendered recording)" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("package", "notebooks", "code"), [(0, 0, 0), (1, 0, 1), (0, 1, 1), (0, -9, -9), (-2, 0, -2)])
+def test_a_test_run_fails_with_either_half(monkeypatch, package, notebooks, code):
+    """And where a signal ended one: such a code is below zero."""
+
+    def half(*command, **_):
+        done = types.SimpleNamespace(wait=lambda: None, kill=lambda: None)
+        done.returncode = notebooks if "--nbval" in command[0] else package
+        return done
+
+    monkeypatch.setattr(checks.subprocess, "Popen", half)
+    monkeypatch.setattr(checks.subprocess, "run", half)
+    assert checks.run_test(types.SimpleNamespace(all=False)) == code
