@@ -104,6 +104,15 @@ def test_missing_half_is_named(small):
         open_recording(small).pairs("position")
 
 
+@pytest.mark.parametrize(("lost", "says"), [(1, "picture 002.jpg: half"), (3, "picture 002.jpg and 2 more: half")])
+def test_missing_halves_are_counted(small, lost, says):
+    for name in ("002", "003", "004")[:lost]:
+        picture = small / "position" / "left" / f"{name}.jpg"
+        picture.write_bytes((small / "position" / "left" / "000.jpg").read_bytes())
+    with pytest.raises(RecordingError, match=says):
+        open_recording(small).pairs("position")
+
+
 def test_two_sizes_in_one_set(small):
     cv2.imwrite(str(small / "position" / "left" / "001.jpg"), np.zeros((40, 64, 3), np.uint8))
     pair = open_recording(small).pairs("position")[1]
