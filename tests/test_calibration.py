@@ -232,6 +232,11 @@ def test_each_fold_is_fitted_without_what_it_tests(bench, monkeypatch):
     assert len(seen) == solver.FOLDS and all(len(s) >= 7 for s in seen)
 
 
+def test_wrong_board_size_is_named_of_one_picture(bench):
+    with pytest.raises(CalibrationError, match="10x7 inner corners; the pictures show 9x6"):
+        calibrate_stereo(bench.pairs("calibration")[:1], Board(10, 7, 25.0))
+
+
 def test_too_few_boards(bench):
     with pytest.raises(CalibrationError, match="at least 3"):
         calibrate_stereo(bench.pairs("calibration")[:2], bench.board)

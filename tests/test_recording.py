@@ -113,6 +113,11 @@ def test_missing_halves_are_counted(small, lost, says):
         open_recording(small).pairs("position")
 
 
+def test_a_set_that_is_not_there_is_named_beside_those_that_are(small):
+    with pytest.raises(RecordingError, match=r"snaps.left holds no pictures.*Sets in this recording: position\.$"):
+        open_recording(small).pairs("snaps")
+
+
 def test_two_sizes_in_one_set(small):
     cv2.imwrite(str(small / "position" / "left" / "001.jpg"), np.zeros((40, 64, 3), np.uint8))
     pair = open_recording(small).pairs("position")[1]
