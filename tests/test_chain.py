@@ -283,3 +283,10 @@ def test_a_test_run_fails_with_either_half(monkeypatch, package, notebooks, code
     monkeypatch.setattr(checks.subprocess, "Popen", half)
     monkeypatch.setattr(checks.subprocess, "run", half)
     assert checks.run_test(types.SimpleNamespace(all=False)) == code
+
+
+def test_the_virtual_arms_pace_is_its_clock_by_ours(monkeypatch):
+    arm_clock, our_clock = iter((10.0, 13.0)), iter((5.0, 7.0))
+    monkeypatch.setattr(measure.time, "perf_counter", lambda: next(our_clock))
+    arm = types.SimpleNamespace(line=types.SimpleNamespace(clock=lambda: next(arm_clock)))
+    assert measure._pace(arm, lambda: None) == 1.5
