@@ -42,7 +42,7 @@ def draw_ball(center_mm, radius_mm=20.0, scale=6, ground=(190, 190, 190)):
     return image, pixel
 
 
-@pytest.mark.parametrize("center", [(0, 0, 800), (300, -180, 800), (-150, 120, 1500), (-220, 160, 550)])
+@pytest.mark.parametrize("center", [(0, 0, 800), (300, -180, 800), (-150, 120, 1500), (-220, 160, 550), (20, -10, 120)])
 def test_cone_finds_the_centre_of_a_drawn_ball(center):
     image, pixel = draw_ball(center)
     found = BallDetector(BallColor.named("red"), "cone", CAMERA).detect(image)
@@ -224,6 +224,15 @@ def test_a_colours_table_is_the_one_written_down(name):
     color = BallColor.named(name)
     coarse = color.table.reshape(8, 4, 8, 4, 8, 4).astype(float).mean((1, 3, 5))
     assert_as_written(f"colors/{name}", [str(color.ranges), " ".join(f"{v:.0f}" for v in coarse.ravel())], {"whole": 1})
+
+
+def test_a_ball_of_one_single_hue_is_learned_as_that_hue():
+    """Its lowest and its highest hue are the same: that is no range that wraps round."""
+    image = np.full((60, 60, 3), (40, 160, 40), np.uint8)
+    image[:30] = (60, 60, 200)
+    color = BallColor.from_samples([image], [(30, 12, 8)])
+    assert len(color.ranges) == 1 and color.ranges[0][0][0] == color.ranges[0][1][0] == 0
+    assert (color.mask(image) > 0).sum() == 30 * 60
 
 
 def test_a_learned_colour_is_the_one_written_down(bench):

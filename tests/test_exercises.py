@@ -103,7 +103,7 @@ def in_words(value):
 def test_answers_are_those_written_down(asked, request):
     name = request.node.callspec.id
     lines = [line for q in asked for line in (q.name, *answer_in_words(q.answer))]
-    assert_as_written(f"answers/{name}", lines, {"absolute": 0.02, "relative": 0.003})
+    assert_as_written(f"answers/{name}", lines, {"absolute": 0.02, "relative": 0.001})
 
 
 def test_other_wrong_answers_never_raise(asked, capsys):

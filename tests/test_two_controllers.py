@@ -1,0 +1,59 @@
+"""The virtual controller, the firmware and PROTOCOL.md are one controller: their numbers are the same."""
+
+import re
+
+import pytest
+
+from conftest import ROOT
+from stereo_lab.arm import protocol as wire
+from stereo_lab.arm.virtual import controller, joint
+from stereo_lab.motion import rules
+
+SKETCH = (ROOT / "stereo_lab/firmware/arm_controller/arm_controller.ino").read_text(encoding="utf-8")
+PROTOCOL = (ROOT / "stereo_lab/firmware/PROTOCOL.md").read_text(encoding="utf-8")
+CONSTANTS = {
+    name: float(value)
+    for line in re.findall(r"^const (?:float|u?int\w+) (.*?);", SKETCH, re.M)
+    for name, value in re.findall(r"([A-Z_]+) = (-?[\d.]+)", line)
+}
+
+
+@pytest.mark.parametrize("name", sorted(CONSTANTS))
+def test_constants_of_the_sketch_are_those_of_the_package(name):
+    found = [getattr(module, name) for module in (rules, joint, controller, wire) if hasattr(module, name)]
+    for value in found:
+        assert value == CONSTANTS[name]
+    if not found:
+        assert name in ("TICK_MS", "HOME_ACC", "STOP_LOST", "STATUS_BYTES", "ANSWER_BYTES", "BRAKE_TICKS", "KICK_V")
+
+
+def test_most_constants_are_shared():
+    shared = [name for name in CONSTANTS if any(hasattr(m, name) for m in (rules, joint, controller, wire))]
+    assert len(shared) >= 18
+
+
+def test_parameters_have_the_same_bounds_in_the_sketch():
+    rows = re.findall(r'\{"(\S+)", AT\(\w+\)(?: \+ sizeof\(float\))?, (-?\d+), (\d+)\}', SKETCH)
+    assert {name: (int(low), int(high)) for name, low, high in rows} == wire.PARAMETERS
+
+
+def test_parameters_have_the_bounds_and_the_defaults_that_the_protocol_promises():
+    told, defaults, second = {}, {}, {}
+    for names, bounds, after in re.findall(r"^\| (`.*?) \| [^|]+ \| (−?\d+, \d+) \| (.*?) \|", PROTOCOL, re.M):
+        first, _, of_second = after.partition("; joint 2 ")
+        names = re.findall(r"`(.*?)`", names)
+        for target, values in ((defaults, numbers(first)), (second, numbers(of_second))):
+            target.update(zip(names, values * (len(names) if len(values) == 1 else 1), strict=False))
+        told.update(dict.fromkeys(names, tuple(numbers(bounds))))
+    assert told == wire.PARAMETERS
+    assert defaults == joint.DEFAULTS
+    assert second == joint.SECOND_JOINT
+
+
+def numbers(text):
+    return [float(word.replace("−", "-")) for word in re.findall(r"−?[\d.]+", text)]
+
+
+def test_errors_have_the_same_names():
+    names = re.search(r"ERRORS\[\] = \{(.*?)\};", SKETCH).group(1)
+    assert dict(enumerate(re.findall(r'"(.*?)"', names))) == {0: "", **wire.ERRORS}
