@@ -1,5 +1,6 @@
 """The localizer's two ways, and the numbers by which it weighs and judges."""
 
+import json
 import math
 from dataclasses import replace
 from types import SimpleNamespace
@@ -8,10 +9,13 @@ import cv2
 import numpy as np
 import pytest
 
+from conftest import ROOT
 from stereo_lab.detection import Detection
 from stereo_lab.errors import StereoLabError
 from stereo_lab.localization import Localizer, disparities, ours, paper
+from stereo_lab.recording import open_recording
 from stereo_lab.results import evaluation, figures, report
+from tests.written import assert_as_written
 
 
 @pytest.fixture(scope="module")
@@ -160,3 +164,38 @@ def test_a_run_goes_on_where_the_papers_way_cannot_be_fitted(bench, bench_calibr
     assert set(results.localizers) == {"cone"} and "three samples" in results.failed["paper"]
     page = report.page(results)
     assert "cannot be fitted" in page and "x in the arm's plane" in page
+
+
+class Few:
+    """A recording of which only the first pictures of each set are looked at."""
+
+    def __init__(self, recording, pictures):
+        self._recording, self._pictures = recording, pictures
+
+    def __getattr__(self, name):
+        return getattr(self._recording, name)
+
+    def pairs(self, name):
+        return self._recording.pairs(name)[: None if name == "calibration" else self._pictures]
+
+    def judges(self):
+        return [*self._recording.judges("volume")[:3], *self._recording.judges("plane")[:3]]
+
+
+def test_a_small_run_finds_what_is_written_down(bench, monkeypatch):
+    monkeypatch.setattr(evaluation, "clutter_of", lambda _: Few(open_recording(ROOT / "data" / "clutter"), 2))
+    steps = []
+    results = evaluation.evaluate(Few(bench, 5), lambda *step: steps.append(step))
+    facts = {key: value for key, value in results.facts().items() if key != "calibration"}
+    lines = json.dumps(facts, indent=0).splitlines()
+    assert_as_written("evaluation/five pictures of a set", lines, {"absolute": 0.05, "relative": 0.02})
+    assert_as_written("evaluation/its page", report.page(results).splitlines(), {"absolute": 0.2, "relative": 0.02})
+    assert steps[0] == ("find the ball in single pictures", 0, 5)
+    assert {(done, total) for step, done, total in steps if step == "locate the ball in pairs"} == {
+        (k, 6) for k in range(7)
+    }
+
+
+def test_offsets_are_found_minus_true():
+    balls = (Detection(5.0, 7.0, 3.0, 1.0), None, Detection(1.0, 2.0, 3.0, 1.0))
+    assert evaluation._offsets(balls, ((4.0, 9.0, 3.0), (0, 0, 3.0), (1.5, 2.5, 3.0))) == [(1.0, -2.0), (-0.5, -0.5)]
