@@ -12,7 +12,7 @@ import pytest
 from conftest import ROOT
 from stereo_lab.calibration import StereoCalibration, calibrate_stereo, match_order, solver, store
 from stereo_lab.calibration.cameras import ARRAYS
-from stereo_lab.calibration.corners import find_corners
+from stereo_lab.calibration.corners import _neighbours, find_corners
 from stereo_lab.errors import CalibrationError
 from stereo_lab.recording import Board, StereoPair, open_recording
 from tests.written import assert_as_written
@@ -197,6 +197,13 @@ def test_swapped_cameras_are_named(bench):
 def test_wrong_board_size_is_named(bench, said):
     with pytest.raises(CalibrationError, match=r"9x6|6x9"):
         calibrate_stereo(bench.pairs("calibration")[:3], Board(*said, 25.0))
+
+
+def test_likely_mistakes_in_a_boards_size_are_all_tried():
+    tried = {(size.columns, size.rows) for size in _neighbours(Board(9, 6, 25.0))}
+    beside = {(9 + c, 6 + r) for c in (-1, 0, 1) for r in (-1, 0, 1) if c or r}
+    assert beside - {(8, 7), (10, 5)} <= tried  # one more this way and one less that way is no mistake in counting
+    assert {(7, 10), (8, 5), (11, 8), (7, 4)} <= tried
 
 
 def test_square_in_centimetres_is_guessed(bench):

@@ -140,6 +140,15 @@ def test_unreadable_picture(tmp_path, content):
         read_image(path)
 
 
+def test_a_picture_that_opencv_gives_up_on(small, monkeypatch):
+    def refuse(*_):
+        raise cv2.error("no memory")
+
+    monkeypatch.setattr(cv2, "imdecode", refuse)
+    with pytest.raises(RecordingError, match=r"000\.jpg"):
+        _ = open_recording(small).pairs("position")[0].left
+
+
 def test_grey_and_deep_pictures(tmp_path):
     grey, deep = tmp_path / "grey.png", tmp_path / "deep.png"
     cv2.imwrite(str(grey), np.zeros((8, 8), np.uint8))

@@ -7,7 +7,8 @@ import pytest
 from conftest import ROOT
 from stereo_lab.arm import protocol as wire
 from stereo_lab.arm.virtual import controller, joint
-from stereo_lab.motion import rules
+from stereo_lab.arm.virtual.plant import Faults, Plant
+from stereo_lab.motion import Motor, rules
 
 SKETCH = (ROOT / "stereo_lab/firmware/arm_controller/arm_controller.ino").read_text(encoding="utf-8")
 PROTOCOL = (ROOT / "stereo_lab/firmware/PROTOCOL.md").read_text(encoding="utf-8")
@@ -57,3 +58,11 @@ def numbers(text):
 def test_errors_have_the_same_names():
     names = re.search(r"ERRORS\[\] = \{(.*?)\};", SKETCH).group(1)
     assert dict(enumerate(re.findall(r'"(.*?)"', names))) == {0: "", **wire.ERRORS}
+
+
+@pytest.mark.parametrize(("milliseconds", "ticks"), [(1, 1), (2, 1), (500, 250), (2000, 1000), (5000, 2500)])
+def test_a_push_lasts_as_long_as_it_says(milliseconds, ticks):
+    virtual = controller.Controller(Plant((Motor(), Motor()), Faults()))
+    virtual.enable(True)
+    virtual.push(0, 100, milliseconds)
+    assert virtual.joints[0].push_ticks == ticks
