@@ -141,8 +141,8 @@ def test_a_device_and_a_folder(tmp_path, capsys):
 def test_a_text_file_that_is_far_too_large(tmp_path):
     path = tmp_path / "recording.json"
     with path.open("wb") as file:
-        file.truncate(50_000_001)  # takes no room on the disk
-    with pytest.raises(StereoLabError, match="50 MB at most"):
+        file.truncate(61_000_000)  # takes no room on the disk
+    with pytest.raises(StereoLabError, match="50 MB at most, got 61 MB"):
         read_json(path)
 
 

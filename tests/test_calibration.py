@@ -295,6 +295,18 @@ def test_corners_are_exact_on_a_drawn_board():
     assert distance.max() < 0.05
 
 
+@pytest.mark.parametrize("first_is_dark", [True, False])
+@pytest.mark.parametrize("size", [(7, 5), (8, 6), (8, 5), (9, 4)])
+def test_corners_come_in_one_order(size, first_is_dark):
+    """A board with one odd and one even count has its dark end first; others begin at the upper left."""
+    board = Board(*size, 20.0)
+    dark = (np.add.outer(np.arange(size[1] + 1), np.arange(size[0] + 1)) + first_is_dark) % 2 == 1
+    image = np.pad(np.where(dark, 40, 220).astype(np.uint8).repeat(30, 0).repeat(30, 1), 60, constant_values=220)
+    first = find_corners(cv2.GaussianBlur(image, (0, 0), 1), board)[0]
+    at_upper_left = first_is_dark or sum(size) % 2 == 0
+    assert first == pytest.approx((89.5, 89.5) if at_upper_left else np.subtract(image.shape[1::-1], 90.5), abs=0.1)
+
+
 @pytest.mark.slow
 def test_real_chessboards(real_pictures):
     folder = real_pictures / "stereo_chessboard"

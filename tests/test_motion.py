@@ -1,5 +1,7 @@
 """Lesson 06: motors against their equation solved in small steps, and the stopping rules on motors drawn by lot."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -216,3 +218,19 @@ def test_the_papers_rule_starts_a_slow_move_too():
     for motor in MOTORS[:20]:
         tuning = Tuning.of(calibrate_motor(push_of(motor), motor.supply_v))
         assert abs(drive(motor, SlowDownRule(tuning, 0.0, 30.0, cruise_deg_s=5.0)).rest_deg - 30.0) < 2
+
+
+@pytest.mark.parametrize(
+    ("far", "cruise", "acceleration"), [(90.0, 180.0, 1000.0), (10.0, 180.0, 1000.0), (40.0, 30.0, 200.0)]
+)
+def test_a_trapezoid_takes_as_long_as_the_book_says(far, cruise, acceleration):
+    """With room to reach its cruise: way by speed, and one more ramp; without: a triangle."""
+    triangle = far < cruise**2 / acceleration
+    seconds = 2 * math.sqrt(far / acceleration) if triangle else far / cruise + cruise / acceleration
+    position, speed, ticks, speeds = 0.0, 0.0, 0, [0.0]
+    while position != far and ticks < 5000:
+        position, speed = trapezoid_step(position, speed, far, cruise, acceleration)
+        speeds.append(speed)
+        ticks += 1
+    assert ticks * TICK_S == pytest.approx(seconds, abs=4 * TICK_S)
+    assert np.abs(np.diff(speeds)).max() <= acceleration * TICK_S * 2.01
