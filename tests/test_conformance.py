@@ -387,13 +387,13 @@ def test_the_encoders_agree_with_the_motors(talk):
 
 def test_goals_that_keep_coming_do_not_hide_a_fault(talk):
     talk.ask("EN 1")
-    for fault, said, first in (("hold", "s2", 10), ("hold", "s2", 1.5), ("reverse", "r1", 10)):
+    for fault, said, first, step in (("hold", "s2", 10, 0.3), ("hold", "s2", 1.5, 0.01), ("reverse", "r1", 10, 0.3)):
         talk.bench.fault(fault, int(said[1]))
         for k in range(60):
             status = talk.status()
             if status.fault != "-":
                 break
-            talk.ask(f"MV {said[1]} {first * (1 + 0.01 * (k % 3)):.2f}")
+            talk.ask(f"MV {said[1]} {first + step * k:.2f}")
             talk.listen(0.05)
         assert status.fault == said
         talk.ask("EN 1")
