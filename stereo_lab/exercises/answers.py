@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stereo_lab.exercises.blank import is_blank
+from stereo_lab.exercises.wording import a_kind, as_numbers, error_in_words, kind_of, say
 
 PASS, NOT_YET, NOT_ATTEMPTED = "PASS", "NOT YET", "NOT ATTEMPTED"
 
@@ -72,16 +73,16 @@ class Number:
         """PASS within the tolerance; else what is wrong, by name where the mistake is known."""
         right = np.asarray(self.right, float)
         try:
-            value = _numbers(answer)
+            value = as_numbers(answer)
         except (TypeError, ValueError, OverflowError):
-            return Verdict(NOT_YET, f"expected {_kind(right)}, this is {_a(answer)}.")
+            return Verdict(NOT_YET, f"expected {kind_of(right)}, this is {a_kind(answer)}.")
         if value.shape != right.shape and not (value.size == 1 and right.size == 1):
-            return Verdict(NOT_YET, f"expected {_kind(right)}, this has the shape {value.shape}.")
+            return Verdict(NOT_YET, f"expected {kind_of(right)}, this has the shape {value.shape}.")
         value = value.reshape(right.shape)
         if not np.isfinite(value).all():
             return Verdict(NOT_YET, "there is a value that is not a finite number.")
         if self._same(value, right):
-            return Verdict(PASS, self.praise or f"{_say(value)} {self.unit}".strip() + ".")
+            return Verdict(PASS, self.praise or f"{say(value)} {self.unit}".strip() + ".")
         for mistake in self.wrong:
             if self._same(value, np.asarray(mistake.answer, float)):
                 return Verdict(NOT_YET, mistake.message)
@@ -94,10 +95,10 @@ class Number:
         if right.size > 1:
             worst = int(np.argmax(np.abs(value - right)))
             return (
-                f"entry {worst} is {_say(value.ravel()[worst])} {self.unit}".rstrip()
+                f"entry {worst} is {say(value.ravel()[worst])} {self.unit}".rstrip()
                 + ", and that is the one farthest off."
             )
-        return f"{_say(value)} {self.unit}".rstrip() + f" is too {'large' if value > right else 'small'}."
+        return f"{say(value)} {self.unit}".rstrip() + f" is too {'large' if value > right else 'small'}."
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +161,7 @@ class Function:
     def judge(self, answer: Any) -> Verdict:
         """PASS where the function is right for every input; else the first that is not, or why it stopped."""
         if not callable(answer):
-            return Verdict(NOT_YET, f"expected a function, this is {_a(answer)}. Give its name without brackets.")
+            return Verdict(NOT_YET, f"expected a function, this is {a_kind(answer)}. Give its name without brackets.")
         if type(answer).__module__ in SESSION:
             return Verdict(NOT_YET, "this belongs to Python itself and would end the lesson. Give a function of yours.")
         outputs = []
@@ -181,7 +182,7 @@ class Function:
     def _stopped(self, error):
         if isinstance(error, ValueError) and self.domain:
             return self.domain
-        told = _told(error)
+        told = error_in_words(error)
         power = " A power is written ** in Python." if "for ^" in told else ""
         return f"your function stopped with {told}.{power}"
 
@@ -194,14 +195,14 @@ class Function:
                 return Verdict(NOT_YET, mistake.message)
         k = fits.index(False)
         known = f"right for {sum(fits)} of {len(fits)} tries, but " if any(fits) else ""
-        given = ", ".join(_say(a) for a in self.inputs[k])
-        wanted = f"{_say(self.right(*self.inputs[k]))} {self.unit}".rstrip()
-        return Verdict(NOT_YET, f"{known}for {given} it gives {_say(outputs[k])}, and {wanted} is expected.")
+        given = ", ".join(say(a) for a in self.inputs[k])
+        wanted = f"{say(self.right(*self.inputs[k]))} {self.unit}".rstrip()
+        return Verdict(NOT_YET, f"{known}for {given} it gives {say(outputs[k])}, and {wanted} is expected.")
 
     def _same(self, value, right):
         truth = np.asarray(right).dtype == bool  # where True or False is asked for, they are the right kind
         try:
-            value, right = np.asarray(value, float) if truth else _numbers(value), np.asarray(right, float)
+            value, right = np.asarray(value, float) if truth else as_numbers(value), np.asarray(right, float)
         except (TypeError, ValueError, OverflowError):
             return False
         if value.shape != right.shape and not (value.size == right.size == 1):
@@ -228,7 +229,7 @@ class Command:
     def judge(self, answer: Any) -> Verdict:
         """PASS for the same words and numbers; else what the line says instead."""
         if not issubclass(type(answer), str):
-            return Verdict(NOT_YET, f"expected a line in quotes, this is {_a(answer)}.")
+            return Verdict(NOT_YET, f"expected a line in quotes, this is {a_kind(answer)}.")
         answer = str.strip(answer)
         for sign, message in SIGNS.items():
             if sign in answer:
@@ -275,51 +276,4 @@ def judge(kind: Number | Choice | Function | Command, answer: Any) -> Verdict:
     except KeyboardInterrupt:
         raise
     except BaseException as error:
-        return Verdict(NOT_YET, f"the answer could not be looked at ({_told(error)}).")
-
-
-def _told(error):
-    """The kind and the text of an error of the learner's; the text may itself fail."""
-    try:
-        return f"{type(error).__name__}: {error}"
-    except Exception:
-        return type(error).__name__
-
-
-def _numbers(answer):
-    """The answer as an array of floats.
-
-    Raises
-    ------
-    TypeError
-        For True and False, which Python counts as 1 and 0, and for complex numbers.
-    """
-    parts = answer if isinstance(answer, np.ndarray) else np.asarray(answer, object).ravel()
-    if parts.dtype.kind in "bc" or (
-        parts.dtype == object and any(isinstance(part, (bool, np.bool_, complex)) for part in parts.ravel())
-    ):
-        raise TypeError("no plain number")
-    return np.asarray(answer, float)
-
-
-def _kind(right):
-    return "a number" if right.size == 1 else f"{right.size} numbers" if right.ndim == 1 else f"the shape {right.shape}"
-
-
-def _a(answer):
-    return f"a {type(answer).__name__}"
-
-
-def _say(value):
-    """A number as people write it; an array by its shape."""
-    if isinstance(value, str):
-        return repr(value)
-    if isinstance(value, (bool, np.bool_)):
-        return str(bool(value))
-    try:
-        array = np.asarray(value, float)
-    except (TypeError, ValueError, OverflowError):
-        return _a(value)
-    if array.size == 1:
-        return f"{float(array.ravel()[0]):.4g}"
-    return "(" + ", ".join(f"{v:.4g}" for v in array.ravel()) + ")" if array.size <= 4 else f"an array {array.shape}"
+        return Verdict(NOT_YET, f"the answer could not be looked at ({error_in_words(error)}).")
