@@ -28,6 +28,7 @@ class Frame:
     use: str = ""
     sides: tuple = ("left", "right")
     path: tuple = field(default=())  # where the ball is while the shutter is open
+    place: str = ""  # shots of one place share one traced picture: only the sensor's noise differs
 
 
 def plan(rig):
@@ -178,4 +179,22 @@ def _along(stops, t, count):
     return np.asarray(stops[leg]) * (1 - part) + np.asarray(stops[leg + 1]) * part
 
 
-MAKERS = {"plane": _plane, "axis": _axis, "evaluation": _evaluation, "snaps": _snaps, "track": _track}
+def _still(rig, rng, spec):
+    """The same ball shot again and again, at a few places from near to far."""
+    nearest, farthest = spec["depth_mm"]
+    frames = []
+    for number, depth in enumerate(np.linspace(nearest, farthest, spec["places"])):
+        point = draw_point(rig, rng, (depth, depth))
+        place = f"place {number + 1}"
+        frames += [_on_stand(rig, point, place, place=place)] * spec["shots"]
+    return frames
+
+
+MAKERS = {
+    "plane": _plane,
+    "axis": _axis,
+    "evaluation": _evaluation,
+    "snaps": _snaps,
+    "track": _track,
+    "still": _still,
+}

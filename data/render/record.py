@@ -57,16 +57,24 @@ class Studio:
         self.rig = rig
         self._room = [s for spec in rig.room["props"] for s in scene.prop(spec)]
         self._empty = {}
+        self._traced = {}
 
     def take(self, set_name, frame):
         """Both JPEG files of one frame: ``{side: bytes}``."""
+        key = (set_name, frame.place or frame.name)
+        if key not in self._traced:
+            self._traced = {key: self._trace(frame, *key)}
+        return {side: self._expose(light, frame, side, set_name) for side, light in self._traced[key].items()}
+
+    def _trace(self, frame, *words):
+        """The light that reaches each camera: ``{side: linear RGB}``."""
         moments = [moving_parts(self.rig, frame, ball) for ball in frame.path or (frame.ball,)]
         extra = self._extra(frame.backdrop)
         scenes = [scene.assemble(self.rig.room, extra + parts, frame.light) for parts in moments if parts]
-        jpegs = {}
+        pictures = {}
         for side in frame.sides:
             picture = self._empty_room(frame, side).copy()
-            seed = int(stream(self.rig, set_name, frame.name, side).integers(1 << 20))
+            seed = int(stream(self.rig, *words, side).integers(1 << 20))
             for k, (box, samples) in enumerate(self._boxes(frame, side, moments)):
                 x, y, w, h = box
                 tries = [
@@ -74,8 +82,8 @@ class Studio:
                     for i, s in enumerate(scenes)
                 ]
                 picture[y : y + h, x : x + w] = np.mean(tries, 0)
-            jpegs[side] = self._expose(picture, frame, side, set_name)
-        return jpegs
+            pictures[side] = picture
+        return pictures
 
     def _extra(self, backdrop):
         """The room's surfaces and those of one arrangement of clutter."""
@@ -189,7 +197,7 @@ def _write_facts(rig, frames, out):
     }
     _write_whole(out / "truth.json", _json(truth))
     for set_name, spec in rig.sets.items():
-        if spec["kind"] in ("plane", "axis", "evaluation"):
+        if spec["kind"] in ("plane", "axis", "evaluation", "still"):
             _write_whole(out / set_name / "measured.csv", _measured(rig, set_name, frames[set_name]))
 
 
@@ -223,10 +231,13 @@ def _measured(rig, set_name, frames):
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(["name", "x_mm", "y_mm", "depth_mm", "use"])
+    read = {}  # a place is measured once, however many shots are taken of it
     for frame in frames:
-        exact = np.array([*frame.ball[:2], rig.depth_mm(frame.ball)])
-        read = np.round(exact + rng.normal(0, rig.ruler_mm, 3)).astype(int)
-        rows.writerow([frame.name, *read, frame.use])
+        place = frame.place or frame.name
+        if place not in read:
+            exact = np.array([*frame.ball[:2], rig.depth_mm(frame.ball)])
+            read[place] = np.round(exact + rng.normal(0, rig.ruler_mm, 3)).astype(int)
+        rows.writerow([frame.name, *read[place], frame.use])
     return text.getvalue().encode()
 
 
