@@ -13,6 +13,10 @@ class CalibrationError(StereoLabError):
     """Boards from which no calibration can be made, or a calibration that does not fit."""
 
 
+class SwappedSidesError(CalibrationError):
+    """Pictures of the left camera where the right one's should be, and the other way round."""
+
+
 class UnreachableTargetError(StereoLabError):
     """A point that the arm cannot reach."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stereo_lab.calibration import uncertainty
+from stereo_lab.calibration.bundle import Rig
 from stereo_lab.calibration.saved import ARRAYS, read_saved
 from stereo_lab.common.files import write_json
 from stereo_lab.errors import CalibrationError
@@ -39,6 +41,12 @@ class StereoCalibration:
     pairs, found : int, pairs there are, and pairs with the whole board in both pictures
     used : names of the pairs used
     dropped : (name, why) of the others
+    corners_left_out : (pair, "left" or "right", u, v, px off) of single corners that the rest contradicts, worst first
+    depth_mm : float, the distance for which the verdict is given
+    covariance : ndarray, shape (24, 24), of the cameras' unknowns in the order of bundle.py; None in older files
+    outlines : ndarray, shape (boards, 2 cameras, 4, 2), px, of the boards used, round their outer corners; NaN where a
+        camera did not see one; no boards in older files
+    misfit : float, how much more the boards differ among themselves than corners alone explain; 1 where they do not
     verdict, reasons : "good", "usable" or "poor", and why in sentences
     made_from : str, key of the pictures and the solver; see store.py
     """
@@ -63,6 +71,11 @@ class StereoCalibration:
     found: int
     used: tuple[str, ...]
     dropped: tuple[tuple[str, str], ...]
+    corners_left_out: tuple[tuple[str, str, float, float, float], ...] = ()
+    depth_mm: float = 1000.0
+    covariance: np.ndarray | None = None
+    misfit: float = 1.0
+    outlines: np.ndarray = field(default_factory=lambda: np.zeros((0, 2, 4, 2)))
     verdict: str = "poor"
     reasons: tuple[str, ...] = ()
     made_from: str = ""
@@ -195,6 +208,42 @@ class StereoCalibration:
         """Millimetres of depth that one pixel of disparity is worth there: Z² / (f·B)."""
         return depth_mm**2 / (self.focal_px * self.baseline_mm)
 
+    def sigma_mm(self, points_Nx3: ArrayLike) -> np.ndarray:
+        """How far off places may be because of the calibration alone.
+
+        Parameters
+        ----------
+        points_Nx3 : array, mm, in the rectified left frame, as :meth:`triangulate` gives them
+
+        Returns
+        -------
+        ndarray, shape (N, 3), mm: standard deviations along X, Y, Z there; NaN where an older file does not tell
+        """
+        points = np.asarray(points_Nx3, float).reshape(-1, 3)
+        if self.covariance is None:
+            return np.full(points.shape, np.nan)
+        return uncertainty.sigmas(self.place_slopes(points), self.covariance)
+
+    def place_slopes(self, points_Nx3: ArrayLike) -> np.ndarray:
+        """How places in the rectified left frame, mm, change with the cameras' 24 unknowns, shape (N, 3, 24)."""
+        to_rectified = self._rectified["left"][0]
+        points = np.asarray(points_Nx3, float).reshape(-1, 3) @ to_rectified
+        return to_rectified @ uncertainty.place_slopes(points, self.rig)
+
+    def boards_at(self, points_Nx2: ArrayLike, side: str) -> np.ndarray:
+        """How many of the boards used covered raw pixels of one camera: shape (N,) of int."""
+        points = np.asarray(points_Nx2, np.float32).reshape(-1, 2)
+        boards = [
+            b.astype(np.float32) for b in self.outlines[:, ("left", "right").index(side)] if not np.isnan(b).any()
+        ]
+        inside = [[cv2.pointPolygonTest(board, p.tolist(), False) >= 0 for p in points] for board in boards]
+        return np.sum(inside, axis=0, dtype=int) if inside else np.zeros(len(points), int)
+
+    @property
+    def rig(self) -> Rig:
+        """The two cameras as the numbers that were solved for."""
+        return Rig(_nine(*self.camera("left")), _nine(*self.camera("right")), self.rotation, self.translation_mm)
+
     def facts(self) -> dict[str, Any]:
         """What ``stereo-lab calibrate --json`` tells."""
         return {
@@ -202,6 +251,10 @@ class StereoCalibration:
             "pairs_found": self.found,
             "pairs_used": len(self.used),
             "dropped": [{"name": name, "why": why} for name, why in self.dropped],
+            "corners_left_out": [
+                {"name": name, "side": side, "u": u, "v": v, "off_px": off}
+                for name, side, u, v, off in self.corners_left_out
+            ],
             "rms_px": self.rms_px,
             "left_rms_px": self.left_rms_px,
             "right_rms_px": self.right_rms_px,
@@ -213,6 +266,8 @@ class StereoCalibration:
             "focal_sigma_percent": self.focal_sigma_percent,
             "board_bend_mm": self.board_bend_mm,
             "lens": self.lens,
+            "depth_mm": self.depth_mm,
+            "misfit": self.misfit,
             "verdict": self.verdict,
             "reasons": list(self.reasons),
         }
@@ -223,6 +278,10 @@ class StereoCalibration:
         for key in ARRAYS:
             content[key] = getattr(self, key).tolist()
         content["used"] = list(self.used)
+        shown = self.outlines.round(1).astype(object)
+        shown[np.isnan(self.outlines)] = None
+        content["outlines"] = shown.tolist()
+        content["covariance"] = None if self.covariance is None else self.covariance.tolist()
         write_json(path, {**content, **self.facts()})
 
     @classmethod
@@ -235,3 +294,8 @@ class StereoCalibration:
             If the file is no calibration, or something in it cannot be used.
         """
         return cls(**read_saved(path))
+
+
+def _nine(matrix, distortion):
+    """fx, fy, cx, cy, k1, k2, p1, p2, k3 of a camera, as :class:`Rig` has them."""
+    return np.array([matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2], *np.append(distortion, 0.0)[:5]])

@@ -1,4 +1,4 @@
-"""Chessboard corners: found by OpenCV's two finders, placed by a saddle fit, put in one order."""
+"""Chessboard corners: found by OpenCV's two finders, placed by a model of the crossing edges, put in one order."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import cv2
 import numpy as np
 
+from stereo_lab.calibration.crossing import place_corners
 from stereo_lab.errors import CalibrationError
 from stereo_lab.recording import Board, StereoPair
 from stereo_lab.recording.bounds import FEWEST_CORNERS, MOST_CORNERS
@@ -14,15 +15,15 @@ from stereo_lab.recording.bounds import FEWEST_CORNERS, MOST_CORNERS
 CLASSIC = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 SECTOR = cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY
 FIND_WIDTH = 1280  # boards are found in pictures no wider than this; corners are placed in the full one
-SADDLE_OF_SQUARE = 0.2  # radius of the saddle fit, as a part of the square
-STEPS = 8
+SECTOR_WIDTH = 1600  # the sector finder looks in pictures enlarged to this width, to twice their size at most
+NEAR_OF_SQUARE = 0.2  # radius of the first, rough placing, as a part of the square
 
 
 def find_corners(image: np.ndarray, board: Board, finders: Sequence[Callable] | None = None) -> np.ndarray | None:
-    """Inner corners of a chessboard, to about a twentieth of a pixel.
+    """Inner corners of a chessboard, to a few hundredths of a pixel.
 
-    ``cv2.findChessboardCorners`` first and ``cv2.findChessboardCornersSB`` where it fails; then a
-    quadratic saddle is fitted to the blurred picture round each corner.
+    ``cv2.findChessboardCorners`` first and ``cv2.findChessboardCornersSB`` where it fails; then two crossing edges
+    are fitted to the picture round each corner (:mod:`crossing`).
 
     Parameters
     ----------
@@ -54,10 +55,11 @@ def _classic(grey, size):
 
 
 def _sector(grey, size):
-    """The sector finder on the picture twice as large, where small boards are found as well."""
-    large = cv2.resize(grey, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
+    """The sector finder on an enlarged picture, where small boards are found as well."""
+    scale = min(2.0, max(1.0, SECTOR_WIDTH / grey.shape[1]))
+    large = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC)
     found, corners = cv2.findChessboardCornersSB(large, size, flags=SECTOR)
-    return (corners.reshape(-1, 2) + 0.5) / 2 - 0.5 if found else None
+    return (corners.reshape(-1, 2) + 0.5) / scale - 0.5 if found else None
 
 
 def _spacing(corners, board):
@@ -67,39 +69,13 @@ def _spacing(corners, board):
 
 
 def _place(grey, corners, board):
-    """Move each corner to the saddle point of the brightness round it.
-
-    The picture is blurred, a·x² + b·x·y + c·y² + d·x + e·y + f is fitted to a small disc, and its
-    saddle is where both slopes are zero.
-    """
-    radius = max(3, round(SADDLE_OF_SQUARE * _spacing(corners, board)))
-    start = cv2.cornerSubPix(
+    """``cv2.cornerSubPix`` brings each corner near, the model of the two edges that cross there to a fraction of a pixel."""
+    radius = max(3, round(NEAR_OF_SQUARE * _spacing(corners, board)))
+    near = cv2.cornerSubPix(
         grey, corners.reshape(-1, 1, 2).astype(np.float32), (radius, radius), (-1, -1),
         (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 40, 1e-3),
-    ).reshape(-1, 2)  # fmt: skip
-    smooth = cv2.GaussianBlur(grey.astype(np.float32), (0, 0), max(1.0, radius / 3))
-    y, x = np.mgrid[-radius : radius + 1, -radius : radius + 1].astype(float)
-    disc = x**2 + y**2 <= radius**2 + 0.5
-    terms = np.stack([x**2, x * y, y**2, x, y, np.ones_like(x)], -1)[disc]
-    solve = np.linalg.pinv(terms)
-    return np.array([_saddle(smooth, corner, solve, disc, radius) for corner in start], np.float32)
-
-
-def _saddle(smooth, corner, solve, disc, radius):
-    point = corner.astype(float)
-    for _ in range(STEPS):
-        patch = cv2.getRectSubPix(smooth, disc.shape, (float(point[0]), float(point[1])))
-        a, b, c, d, e, _ = solve @ patch[disc]
-        hessian = np.array([[2 * a, b], [b, 2 * c]])
-        if np.linalg.det(hessian) >= 0:
-            return corner  # a hill or a valley: no chessboard corner to improve
-        step = -np.linalg.solve(hessian, [d, e])
-        point = point + step
-        if np.linalg.norm(point - corner) > radius:
-            return corner
-        if np.linalg.norm(step) < 1e-3:
-            break
-    return point
+    )  # fmt: skip
+    return place_corners(grey, near.reshape(board.rows, board.columns, 2)).astype(np.float32)
 
 
 def _contrast(grey, points, across, down):

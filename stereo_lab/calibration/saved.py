@@ -50,6 +50,11 @@ def read_saved(path: str | Path) -> dict[str, Any]:
             "used": tuple(map(str, _list(facts["used"], "used"))),
             "dropped": tuple((str(d["name"]), str(d["why"])) for d in _objects(facts["dropped"], "dropped")),
             "reasons": tuple(map(str, _list(facts["reasons"], "reasons"))),
+            "depth_mm": finite_number(facts.get("depth_mm", 1000.0), "depth_mm"),
+            "misfit": finite_number(facts.get("misfit", 1.0), "misfit"),
+            "corners_left_out": tuple(map(_corner, _objects(facts.get("corners_left_out", []), "corners_left_out"))),
+            "outlines": _outlines(facts.get("outlines", [])),
+            "covariance": _covariance(facts.get("covariance")),
             "made_from": str(facts.get("made_from", "")),
         }
     except KeyError as error:
@@ -90,6 +95,26 @@ def _array(value, shape, name):
     return array
 
 
+def _covariance(value):
+    """Of the 24 unknowns of two cameras; None in files of before there was one."""
+    return None if value is None else _array(value, (24, 24), "covariance")
+
+
+def _corner(entry):
+    """A single corner that was left out: (pair, side, u, v, px off)."""
+    return (
+        str(entry["name"]), str(entry["side"]), *(finite_number(entry[key], f"corners_left_out {key}") for key in ("u", "v", "off_px")),
+    )  # fmt: skip
+
+
+def _outlines(value):
+    """Four corners for each board and camera; null where a camera did not see it."""
+    try:
+        return np.array(_list(value, "outlines"), float).reshape(-1, 2, 4, 2)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise CalibrationError(f"outlines: expected numbers or null, of shape (boards, 2, 4, 2) ({error}).") from None
+
+
 def _is_rotation(array):
     return np.allclose(array @ array.T, np.eye(3), atol=1e-3) and np.linalg.det(array) > 0
 
@@ -100,6 +125,9 @@ FAULTS = {  # what each array must fulfil, and what to say where it does not
         (lambda a: np.array_equal(a[2], (0, 0, 1)), "is no camera's matrix: its last row is not 0, 0, 1"),
     ),
     "distortion": ((lambda a: len(a) in DISTORTIONS, f"must have {', '.join(map(str, DISTORTIONS))} numbers"),),
+    "covariance": (
+        (lambda a: np.allclose(a, a.T) and np.diag(a).min() >= 0, "is no covariance: it must be the same mirrored"),
+    ),
     "rotation": ((_is_rotation, "is not a rotation"),),
     "translation_mm": ((lambda a: 0 < np.abs(a).max() <= LENGTHS_MM[1], "is no distance between two cameras"),),
 }

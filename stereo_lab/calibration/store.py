@@ -10,11 +10,13 @@ import hashlib
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
+
 from stereo_lab.calibration.cameras import StereoCalibration
-from stereo_lab.calibration.recipe import calibrate_stereo
+from stereo_lab.calibration.recipe import JUDGED_AT_MM, calibrate_stereo
 from stereo_lab.calibration.solver import SOLVER
 from stereo_lab.common.files import read_bytes, user_folder
-from stereo_lab.errors import CalibrationError, RecordingError, StereoLabError
+from stereo_lab.errors import CalibrationError, RecordingError, StereoLabError, SwappedSidesError
 from stereo_lab.recording import Recording, open_recording
 
 BROUGHT, KEPT, MADE = "it came with the recording", "kept from an earlier run", "made just now"
@@ -62,7 +64,12 @@ def calibrate_anew(recording: Recording, progress: Callable[[int, int], object] 
 
 
 def _make(recording, key, progress):
-    result = replace(calibrate_stereo(recording.pairs("calibration"), recording.board, progress), made_from=key)
+    try:
+        made = calibrate_stereo(recording.pairs("calibration"), recording.board, progress, distance_mm(recording))
+    except SwappedSidesError as error:
+        swap = f"stereo-lab calibrate {recording.path} --swap"
+        raise SwappedSidesError(f"{error} Or have it done, for every set of this recording: {swap}") from None
+    result = replace(made, made_from=key)
     try:
         result.save(_user_path(key))
     except StereoLabError:
@@ -85,6 +92,13 @@ def boards_of(recording: Recording) -> Recording:
     return recording
 
 
+def distance_mm(recording: Recording) -> float:
+    """The distance for which a recording's calibration is judged: the median of its ruler samples, or one metre."""
+    sets = [name for name in ("position", "depth") if recording.has_samples(name)]
+    depths = [sample.measured.depth_mm for name in sets for sample in recording.samples(name)]
+    return round(float(np.median(depths)), -1) if depths else JUDGED_AT_MM
+
+
 def _read(path, key):
     """A calibration kept under this key; None where there is none, or a spoilt one."""
     try:
@@ -99,7 +113,7 @@ def _user_path(key):
 
 
 def _key(recording):
-    digest = hashlib.sha256(f"solver {SOLVER} {recording.board}".encode())
+    digest = hashlib.sha256(f"solver {SOLVER} {recording.board} {distance_mm(recording)}".encode())
     for pair in recording.pairs("calibration"):
         for path in (pair.left_path, pair.right_path):
             digest.update(pair.name.encode())

@@ -1,0 +1,76 @@
+"""Sets of pictures that cannot be calibrated from, each refused in a sentence that says what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stereo_lab.calibration.bundle import Rig
+from stereo_lab.calibration.corners import check_board_size
+from stereo_lab.calibration.solver import FEWEST
+from stereo_lab.calibration.views import View
+from stereo_lab.errors import CalibrationError, SwappedSidesError
+from stereo_lab.recording import Board, StereoPair
+
+STILL = 0.01  # of the picture's width: a board that moves less does not move
+BLURRED_FOCAL_PERCENT = 5.0  # beyond, nothing that the cameras tell is worth a word
+
+
+def check_enough(found: Sequence[View], pairs: Sequence[StereoPair], board: Board) -> None:
+    """Refuse fewer than FEWEST boards seen by both cameras; where most are missing, name the board's real size."""
+    if len(found) >= FEWEST:
+        return
+    if len(found) < len(pairs) / 2:
+        check_board_size(pairs, board)
+    raise CalibrationError(
+        f"The board with {board.columns}x{board.rows} inner corners was found in {len(found)} of {len(pairs)} "
+        f"pairs; at least {FEWEST} are needed, and 15 to 25 are good. Take more, sharp and well lit, "
+        "with the whole board in both pictures."
+    )
+
+
+def check_spread(views: Sequence[View], size: tuple[int, int]) -> None:
+    """Refuse a board that never moves: it tells one view of itself, however many pictures there are."""
+    for seen in ("left", "right"):
+        corners = np.array([getattr(view, seen) for view in views])
+        if corners.std(axis=0).mean() < STILL * size[0]:
+            raise CalibrationError(
+                f"The board is in the same place in all {len(corners)} pairs. Between two pictures, move it to another "
+                "part of the picture, turn it, and tilt it to another side."
+            )
+
+
+def check_together(together: np.ndarray) -> None:
+    """Refuse pairs of which too few show one moment; ``together`` of shape (views,), bool."""
+    if together.sum() < FEWEST:
+        raise CalibrationError(
+            "The two cameras do not see the same boards: how the board moves before the left one does not fit how it "
+            "moves before the right one. Check that the two pictures of a pair were taken at the same moment, and that "
+            "no picture is missing on one side."
+        )
+
+
+def check_sides(rig: Rig) -> None:
+    """Refuse cameras that stand one above the other, or whose left and right are swapped.
+
+    Told in the directions that both cameras share, so that cameras turned inwards are not taken for swapped ones.
+    """
+    step = -rig.rotation.T @ rig.translation  # where the right camera stands, in the left one's frame
+    across, down, _ = np.eye(3) + rig.rotation
+    if abs(step @ down) > abs(step @ across):
+        raise CalibrationError("One camera stands above the other. Put them side by side.")
+    if step @ across < 0:
+        raise SwappedSidesError(
+            "Left and right are swapped: the camera called right stands to the left of the other. "
+            "Swap the folders (or the two patterns, or the two camera numbers)."
+        )
+
+
+def check_tilt(focal_sigma_percent: float) -> None:
+    """Refuse boards that do not tell the focal length."""
+    if focal_sigma_percent > BLURRED_FOCAL_PERCENT:
+        raise CalibrationError(
+            f"The boards leave the focal length open by {focal_sigma_percent:.0f} %: they are all parallel to the "
+            "picture, or nearly. Tilt the board to the left, to the right, forwards and backwards, by 20 to 40 degrees."
+        )
