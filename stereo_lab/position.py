@@ -48,22 +48,30 @@ class LineFit:
 
 @dataclass(frozen=True, eq=False)
 class RigidFit:
-    """bench = rotation · camera + shift: points of the rectified left camera, put on the bench (mm).
+    """bench = scale · rotation · camera + shift: points of the rectified left camera, put on the bench (mm).
 
     Attributes
     ----------
     rotation : ndarray, shape (3, 3)
     shift_mm : ndarray, shape (3,)
     residuals_mm : ndarray, shape (N, 3), fit minus sample
+    scale : float, 1 unless it was free
+    gain : ndarray, shape (7, N, 3), by how much the fit's turn (radians), shift (mm) and scale change with each sample
+    scale_sigma : float, standard deviation of the scale; 0 where it was held
     """
 
     rotation: np.ndarray
     shift_mm: np.ndarray
     residuals_mm: np.ndarray
+    scale: float
+    gain: np.ndarray
+    scale_sigma: float = 0.0
 
     @classmethod
-    def fit(cls, camera_Nx3: ArrayLike, bench_Nx3: ArrayLike, sigma_Nx3: ArrayLike | None = None) -> RigidFit:
-        """The turn and shift that bring samples together.
+    def fit(
+        cls, camera_Nx3: ArrayLike, bench_Nx3: ArrayLike, sigma_Nx3: ArrayLike | None = None, free_scale: bool = False
+    ) -> RigidFit:
+        """The turn and shift that bring samples together, and the scale if it is free.
 
         Parameters
         ----------
@@ -71,6 +79,7 @@ class RigidFit:
         bench_Nx3 : measured places, mm, x right, y up, z towards the cameras
         sigma_Nx3 : standard deviations of the camera points along X, Y, Z, mm; equal where not given.
             Far points know their depth badly, and so say little about it.
+        free_scale : bool; a chessboard whose squares were measured wrongly makes everything larger or smaller
 
         Raises
         ------
@@ -86,14 +95,21 @@ class RigidFit:
         if spread[1] < 1e-3 * spread[0]:
             raise StereoLabError("All samples lie on one line: move the ball sideways as well as in depth.")
         sigma = np.ones_like(camera) if sigma_Nx3 is None else np.asarray(sigma_Nx3, float)
-        rotation, shift = _kabsch(camera, bench)
+        (rotation, shift), scale = _kabsch(camera, bench), 1.0
         for _ in range(STEPS):
-            rotation, shift = _improve(camera, bench, sigma, rotation, shift)
-        return cls(rotation, shift, camera @ rotation.T + shift - bench)
+            gain, variance, away = _gain(camera, bench, sigma, rotation, shift, scale, free_scale)
+            step = np.einsum("kni,ni->k", gain, away)
+            rotation, shift, scale = cv2.Rodrigues(step[:3])[0] @ rotation, shift + step[3:6], scale + step[6]
+        residuals = scale * camera @ rotation.T + shift - bench
+        return cls(rotation, shift, residuals, float(scale), gain, float(np.sqrt(variance[6, 6])))
 
     def predict(self, camera_Nx3: ArrayLike) -> np.ndarray:
         """Points of the rectified left camera on the bench, shape (N, 3), mm."""
-        return np.asarray(camera_Nx3, float).reshape(-1, 3) @ self.rotation.T + self.shift_mm
+        return self.scale * np.asarray(camera_Nx3, float).reshape(-1, 3) @ self.rotation.T + self.shift_mm
+
+    def slopes(self, camera_Nx3: ArrayLike) -> np.ndarray:
+        """How places on the bench change with turn, shift and scale: shape (N, 3, 7), mm per radian, mm, 1."""
+        return _slopes(np.asarray(camera_Nx3, float).reshape(-1, 3), self.rotation, self.scale)
 
 
 def _kabsch(camera, bench):
@@ -105,21 +121,30 @@ def _kabsch(camera, bench):
     return rotation, bench.mean(0) - rotation @ camera.mean(0)
 
 
-def _improve(camera, bench, sigma, rotation, shift):
-    """One Gauss-Newton step with each point's own uncertainty; far outliers count less (Huber)."""
+def _gain(camera, bench, sigma, rotation, shift, scale, free_scale):
+    """One Gauss-Newton step with each point's own uncertainty; far outliers count less (Huber).
+
+    Returns the step's gain, shape (7, N, 3); the covariance of the seven, (7, 7); and what is missing, (N, 3).
+    """
+    away = bench - scale * camera @ rotation.T - shift
+    inverse = (rotation[None] / sigma[:, None] ** 2) @ rotation.T
+    far = np.sqrt(np.einsum("ni,nij,nj->n", away, inverse, away) / 3)
+    weight = inverse * np.minimum(1.0, HUBER / np.maximum(far, 1e-12))[:, None, None]
+    slopes = _slopes(camera, rotation, scale)
+    pulls = slopes.transpose(0, 2, 1) @ weight
+    free = slice(0, 7 if free_scale else 6)
+    variance = np.zeros((7, 7))
+    variance[free, free] = np.linalg.inv((pulls @ slopes).sum(0)[free, free])
+    return np.einsum("kl,nli->kni", variance, pulls), variance, away
+
+
+def _slopes(camera, rotation, scale):
     turned = camera @ rotation.T
-    away = bench - turned - shift
-    normal, gradient = np.zeros((6, 6)), np.zeros(6)
-    for point, error, s in zip(turned, away, sigma, strict=True):
-        inverse = np.linalg.inv(rotation @ np.diag(s**2) @ rotation.T)
-        far = np.sqrt(error @ inverse @ error / 3)
-        weight = inverse * min(1.0, HUBER / max(far, 1e-12))
-        x, y, z = point
-        jacobian = np.hstack([np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]]), np.eye(3)])
-        normal += jacobian.T @ weight @ jacobian
-        gradient += jacobian.T @ weight @ error
-    step = np.linalg.solve(normal, gradient)
-    return cv2.Rodrigues(step[:3])[0] @ rotation, shift + step[3:]
+    x, y, z = (scale * turned).T
+    zero = np.zeros_like(x)
+    by_turn = np.stack([zero, z, -y, -z, zero, x, y, -x, zero], -1).reshape(-1, 3, 3)
+    by_shift = np.broadcast_to(np.eye(3), by_turn.shape)
+    return np.concatenate([by_turn, by_shift, turned[:, :, None]], -1)
 
 
 def _same_length(a, b, least):

@@ -48,8 +48,8 @@ def errors_mm(localizer, recording):
 def test_cone_localizer_on_bench(bench, bench_calibration):
     errors, use = errors_mm(Localizer.fit(bench, calibration=bench_calibration), bench)
     volume = errors[use == "volume"]
-    assert volume[:, :2].mean(0).max() < 0.5
-    assert volume[:, 2].mean() < 1.2 and np.percentile(volume[:, 2], 95) < 3.5
+    assert volume[:, :2].mean(0).max() < 0.6  # 0.42 of it by this bench's ruler alone
+    assert volume[:, 2].mean() < 0.9 and np.percentile(volume[:, 2], 95) < 2.5
 
 
 def test_paper_localizer_holds_in_the_plane(bench, bench_calibration):
@@ -159,10 +159,10 @@ def test_bad_input_is_one_plain_sentence(arguments, says):
 TELLS = """
 import signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever runs the tests in the background has it ignored
-from stereo_lab.calibration import recipe
+from stereo_lab.calibration import search
 from stereo_lab.cli import main
-look = recipe.find_corners
-recipe.find_corners = lambda *given: print("looking", flush=True) or look(*given)
+look = search.find_corners
+search.find_corners = lambda *given: print("looking", flush=True) or look(*given)
 sys.exit(main(sys.argv[1:]))
 """
 

@@ -11,12 +11,11 @@ from numpy.typing import ArrayLike
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.detection import BALL, BallColor, BallDetector, Detection
 from stereo_lab.errors import CalibrationError
+from stereo_lab.localization.doubt import RULER_SIGMA_MM, Doubt, fit_bench, pixel_sigma
 from stereo_lab.localization.samples import check_enough
 from stereo_lab.position import RigidFit
 from stereo_lab.recording import Position, Recording, Sample
 
-CENTER_SIGMA_PX = 0.03  # how well a ball's centre is known, for weighing samples
-RULER_SIGMA_MM = 0.6  # a ruler read to whole millimetres
 CANDIDATES = 8  # round things of each picture that are paired
 ROW_PX, ROW_OF_RADIUS = 2.0, 0.1  # rows of the two centres may differ by this
 SIZE = 0.15  # the ball's size may seem this much wrong, and a pixel more
@@ -31,6 +30,7 @@ class ConeWay:
     calibration : StereoCalibration
     detectors : (BallDetector, BallDetector), left and right
     rigid : RigidFit, from the rectified left camera on to the bench
+    doubt : Doubt, how far off a place may be
     arm_depth_mm : float, depth of the arm's plane
     diameter_mm : float, of the ball
     """
@@ -38,6 +38,7 @@ class ConeWay:
     calibration: StereoCalibration
     detectors: tuple[BallDetector, BallDetector]
     rigid: RigidFit
+    doubt: Doubt
     arm_depth_mm: float
     diameter_mm: float
 
@@ -67,8 +68,13 @@ class ConeWay:
             _check_rows(calibration, detectors, named.values())
         check_enough(found, missed, 3, recording)
         points = _triangulate(calibration, *zip(*found, strict=True))
-        rigid = RigidFit.fit(points, np.array(places), _sigma(calibration, points))
-        return cls(calibration, detectors, rigid, depth, diameter), rigid.residuals_mm * [1, 1, -1], tuple(missed)
+        rigid = fit_bench(points, np.array(places), np.hypot(pixel_sigma(calibration, points), RULER_SIGMA_MM))
+        doubt = Doubt.of(calibration, rigid, points)
+        return (
+            cls(calibration, detectors, rigid, doubt, depth, diameter),
+            rigid.residuals_mm * [1, 1, -1],
+            tuple(missed),
+        )
 
     def detect(
         self, left: np.ndarray, right: np.ndarray, near: tuple[Detection, Detection] | None = None
@@ -88,7 +94,7 @@ class ConeWay:
     def on_bench(self, point_1x3: ArrayLike) -> Position:
         """A point of the rectified left camera, mm, as a place on the bench."""
         x, y, z = self.rigid.predict(point_1x3)[0]
-        return Position(float(x), float(y), float(self.arm_depth_mm - z))
+        return Position(float(x), float(y), float(self.arm_depth_mm - z), self.doubt.sigma_mm(point_1x3))
 
 
 def _triangulate(calibration, left, right):
@@ -156,11 +162,3 @@ def _check_rows(calibration, detectors, samples):
             f"The calibration does not fit these pictures: both cameras see the ball, but on rows {np.median(off):.0f} px "
             "apart. It was made with other cameras, or they moved since. Calibrate again."
         )
-
-
-def _sigma(calibration, points):
-    """Standard deviations of triangulated points and of the ruler together, along X, Y, Z."""
-    depth = points[:, 2]
-    across = depth / calibration.focal_px * CENTER_SIGMA_PX
-    along = calibration.depth_per_px(depth) * CENTER_SIGMA_PX * np.sqrt(2)
-    return np.hypot(np.column_stack([across, across, along]), RULER_SIGMA_MM)

@@ -69,8 +69,8 @@ class PaperWay:
         (u, v), (u_right, _) = self.calibration.rectify_centers(left, right)
         if u <= u_right:
             return None
-        told = self.x_line.predict(u), self.y_line.predict(v), self.depth.predict(u - u_right)
-        return Position(*map(float, told))
+        x, y, depth = self.x_line.predict(u), self.y_line.predict(v), self.depth.predict(u - u_right)
+        return Position(float(x), float(y), float(depth))
 
 
 SIDES = ("left", "right")
@@ -92,16 +92,26 @@ def _raw(calibration, detection, side):
 
 
 def _rectified_samples(recording, set_name, samples, calibration, detector):
-    """(u, v, disparity) in rectified px and (x, y, depth) in mm of the samples to fit on, and the missed ones."""
+    """(u, v, disparity) in rectified px and (x, y, depth) in mm of the samples to fit on, and the missed ones.
+
+    Where a sample to fit on is missed, the sample to check on that is nearest in depth takes its place: Eq. 4 has three
+    unknowns and three samples, and none to spare.
+    """
+    spare = [s for s in samples[set_name] if s.use != "fit"]
     samples = [s for s in samples[set_name] if s.use == "fit"]
     if not samples:
         raise RecordingError(f'{recording.path / set_name / "measured.csv"} has no row whose use is "fit".')
     seen, places, missed, turned = [], [], [], 0
-    for sample in samples:
+    queue = list(samples)
+    while queue:
+        sample = queue.pop(0)
         found = _in_rectified(calibration, detector, sample.pair.left, sample.pair.right)
         if found is None or found[0].u <= found[1].u:
             turned += found is not None
             missed.append(f"{set_name}/{sample.pair.name}")
+            if spare:
+                depth = sample.measured.depth_mm
+                queue.append(spare.pop(int(np.argmin([abs(s.measured.depth_mm - depth) for s in spare]))))
             continue
         left, right = found
         seen.append([left.u, left.v, left.u - right.u])

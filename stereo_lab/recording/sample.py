@@ -74,11 +74,13 @@ class Position:
     ----------
     x_mm, y_mm : float, to the right and up
     depth_mm : float, away from the cameras
+    sigma_mm : (x, y, depth), standard deviations where they are known, else None
     """
 
     x_mm: float
     y_mm: float
     depth_mm: float
+    sigma_mm: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True)

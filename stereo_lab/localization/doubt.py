@@ -1,0 +1,88 @@
+"""How far off a place on the bench may be: by the cameras, by the ruler, by the pixels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stereo_lab.calibration import StereoCalibration
+from stereo_lab.position import RigidFit
+
+CENTER_SIGMA_PX = 0.03  # how well a ball's centre is known
+RULER_SIGMA_MM = 0.6  # a ruler read to whole millimetres
+SQUARE_SIGMA = 0.002  # of its length: a printer's squares, measured over the whole board with a ruler
+SURE = 3.0  # standard deviations by which the samples must contradict the squares to be believed
+
+
+def fit_bench(camera_Nx3: np.ndarray, bench_Nx3: np.ndarray, sigma_Nx3: np.ndarray) -> RigidFit:
+    """Turn and shift on to the bench; with a scale where the samples surely contradict the board's squares."""
+    free = RigidFit.fit(camera_Nx3, bench_Nx3, sigma_Nx3, free_scale=True)
+    held = RigidFit.fit(camera_Nx3, bench_Nx3, sigma_Nx3)
+    return free if abs(free.scale - 1) > SURE * free.scale_sigma else held
+
+
+def pixel_sigma(calibration: StereoCalibration, points: np.ndarray) -> np.ndarray:
+    """Standard deviations of triangulated points along X, Y, Z, shape (N, 3), mm, by the pixels' noise alone."""
+    depth = points[:, 2]
+    across = depth / calibration.focal_px * CENTER_SIGMA_PX
+    along = calibration.depth_per_px(depth) * CENTER_SIGMA_PX * np.sqrt(2)
+    return np.column_stack([across, across, along])
+
+
+@dataclass(frozen=True, eq=False)
+class Doubt:
+    """What is uncertain, and how it carries over to places on the bench.
+
+    The cameras' errors move the samples as well, and the fit on to the bench follows: near the samples it takes
+    most of such an error back.
+
+    Attributes
+    ----------
+    calibration, rigid : StereoCalibration and RigidFit
+    knows : ndarray, shape (25, 25), covariance of the cameras' 24 unknowns and of the square's length
+    follows : ndarray, shape (7, 25), how the fit's turn, shift and scale follow these 25
+    noise : ndarray, shape (7, 7), covariance of the seven by ruler and pixels
+    """
+
+    calibration: StereoCalibration
+    rigid: RigidFit
+    knows: np.ndarray
+    follows: np.ndarray
+    noise: np.ndarray
+
+    @classmethod
+    def of(cls, calibration: StereoCalibration, rigid: RigidFit, samples: np.ndarray) -> Doubt:
+        """The doubt of a fit on samples, shape (N, 3), mm, in the rectified left frame."""
+        knows = np.zeros((25, 25))
+        knows[:24, :24] = np.nan if calibration.covariance is None else calibration.covariance
+        knows[24, 24] = SQUARE_SIGMA**2
+        follows = -np.einsum("kni,nij->kj", rigid.gain, _bench_slopes(calibration, rigid, samples))
+        own = _noise(calibration, rigid, samples) + RULER_SIGMA_MM**2 * np.eye(3)
+        return cls(calibration, rigid, knows, follows, np.einsum("kni,nij,lnj->kl", rigid.gain, own, rigid.gain))
+
+    def sigma_mm(self, point_1x3: ArrayLike) -> tuple[float, float, float] | None:
+        """Standard deviations of x, y and depth of one point of the rectified left frame; None where not known."""
+        point = np.asarray(point_1x3, float).reshape(1, 3)
+        seven = self.rigid.slopes(point)[0]
+        slopes = _bench_slopes(self.calibration, self.rigid, point)[0] + seven @ self.follows
+        spread = (
+            slopes @ self.knows @ slopes.T
+            + seven @ self.noise @ seven.T
+            + _noise(self.calibration, self.rigid, point)[0]
+        )
+        variance = np.diag(spread)
+        return None if np.isnan(variance).any() else tuple(np.sqrt(variance).tolist())
+
+
+def _bench_slopes(calibration, rigid, points):
+    """How places on the bench change with the cameras' unknowns and the square's length: shape (N, 3, 25)."""
+    by_length = points[:, :, None]
+    return rigid.scale * rigid.rotation @ np.concatenate([calibration.place_slopes(points), by_length], -1)
+
+
+def _noise(calibration, rigid, points):
+    """Covariance on the bench by the pixels' noise, shape (N, 3, 3), mm²."""
+    turned = rigid.rotation * pixel_sigma(calibration, points)[:, None, :]
+    return turned @ turned.transpose(0, 2, 1)
