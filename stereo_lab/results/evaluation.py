@@ -14,6 +14,7 @@ from stereo_lab.detection import HUES, BallDetector, Detection
 from stereo_lab.errors import StereoLabError
 from stereo_lab.localization import Localizer, find_pair
 from stereo_lab.recording import Position, Recording, Sample, open_recording
+from stereo_lab.results.limit import DepthLimit, sensor_noise
 
 METHODS = ("paper", "cone")
 AXES = ("x_mm", "y_mm", "depth_mm")
@@ -32,7 +33,8 @@ class Results:
     snaps, clutter : dict, method -> its frames and how many were right; None without that set
     found : dict, method -> list of (Sample, Position or None)
     centers : dict, method -> list of (du, dv), px: centre found minus true centre
-    disparity_sigma_px : float, root mean square error of the disparity, rectified px; None where no truth is known
+    bare : names of the samples whose ball stands where no board was seen
+    limit : DepthLimit of the volume poses; None where no two pictures tell the noise
     """
 
     recording: Recording
@@ -44,15 +46,8 @@ class Results:
     clutter: dict | None = None
     found: dict[str, list[tuple[Sample, Position | None]]] = field(default_factory=dict)
     centers: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
-    disparity_sigma_px: float | None = None
-
-    @property
-    def limit_depth_mm(self) -> float | None:
-        """Mean of Z² / (f·B)·σ_d over the volume poses, σ_d as measured."""
-        depths = [s.reference.depth_mm for s, _ in self.found.get("cone", []) if s.use == "volume"]
-        if not depths or self.disparity_sigma_px is None:
-            return None
-        return float(np.mean(self.calibration.depth_per_px(np.array(depths))) * self.disparity_sigma_px)
+    bare: list[str] = field(default_factory=list)
+    limit: DepthLimit | None = None
 
     def errors(self, method: str, use: str) -> tuple[np.ndarray, np.ndarray]:
         """x, y and depth errors in mm of one method, shape (N, 3), and the true depths, shape (N,)."""
@@ -81,9 +76,22 @@ class Results:
             "clutter": self.clutter,
             "evaluation": {m: self._evaluation_facts(m) for m in METHODS if self.found.get(m)} or None,
             "center_px": centers or None,
-            "disparity_sigma_px": self.disparity_sigma_px,
-            "limit_depth_mm": self.limit_depth_mm,
+            **self._limit_facts(),
+            "no_board_seen_there": self.bare,
             "failed": self.failed,
+        }
+
+    def _limit_facts(self):
+        """The limit, and how many times as large the mean depth error reached is."""
+        if self.limit is None:
+            return dict.fromkeys(("sigma_d_px", "limit_depth_mm", "reached_over_limit", "limits"))
+        errors, _ = self.errors("cone", "volume")
+        poses = zip(self.limit.names, self.limit.sigma_d_px.tolist(), self.limit.sigma_mm.tolist(), strict=True)
+        return {
+            "sigma_d_px": float(np.median(self.limit.sigma_d_px)),
+            "limit_depth_mm": self.limit.mean_mm,
+            "reached_over_limit": float(np.abs(errors[:, 2]).mean() / self.limit.mean_mm),
+            "limits": {name: {"sigma_d_px": px, "sigma_mm": mm} for name, px, mm in poses},
         }
 
     def _evaluation_facts(self, method):
@@ -213,7 +221,7 @@ def _evaluate_poses(results, samples, report):
     results.found = {m: [] for m in results.localizers}
     results.centers = {m: [] for m in METHODS}
     raw_paper = BallDetector(recording.ball.color, "paper")
-    misses = []
+    seen = []
     for k, sample in enumerate(samples):
         report("locate the ball in pairs", k, len(samples))
         left, right = sample.pair.left, sample.pair.right
@@ -222,6 +230,10 @@ def _evaluate_poses(results, samples, report):
         cone = results.localizers["cone"]
         pair = cone.detect(left, right)
         results.found["cone"].append((sample, None if pair is None else cone.position(*pair)))
+        if pair is not None and not boards_seen_at(calibration, pair):
+            results.bare.append(f"{sample.pair.set_name}/{sample.pair.name}")
+        if pair is not None and sample.use == "volume":
+            seen.append((sample, pair))
         true = recording.true_ball(sample.pair.set_name, sample.pair.name)
         if true is None:
             continue
@@ -229,19 +241,19 @@ def _evaluate_poses(results, samples, report):
         results.centers["paper"] += _offsets((raw_paper.detect(left), raw_paper.detect(right)), circles)
         if pair is not None:
             results.centers["cone"] += _offsets(pair, circles)
-            if sample.use == "volume":
-                misses.append(_disparity_error(calibration, pair, circles))
     report("locate the ball in pairs", len(samples), len(samples))
-    if misses:
-        results.disparity_sigma_px = float(np.sqrt(np.mean(np.square(misses))))
+    noise = sensor_noise(recording)
+    if seen and noise is not None:
+        results.limit = DepthLimit.of(calibration, noise, *zip(*seen, strict=True))
+
+
+def boards_seen_at(calibration: StereoCalibration, pair: Sequence[Detection]) -> bool:
+    """Whether both cameras saw a board where they see this ball; True where an older calibration does not tell."""
+    if not len(calibration.outlines):
+        return True
+    sides = zip(pair, ("left", "right"), strict=True)
+    return all(calibration.boards_at([d.center_px], side)[0] > 0 for d, side in sides)
 
 
 def _offsets(detections, circles):
     return [(d.u - c[0], d.v - c[1]) for d, c in zip(detections, circles, strict=True) if d is not None]
-
-
-def _disparity_error(calibration, pair, circles):
-    """Disparity found minus disparity of the true centres, rectified px."""
-    (left, _), (right, _) = calibration.rectify_centers(*pair)
-    true = [calibration.rectify_points([c[:2]], s)[0, 0] for c, s in zip(circles, ("left", "right"), strict=True)]
-    return (left - right) - (true[0] - true[1])

@@ -7,10 +7,12 @@ import html
 from pathlib import Path
 
 from stereo_lab import plots
+from stereo_lab.calibration import StereoCalibration, depth_map, where_to_hold
 from stereo_lab.common.files import write_whole
 from stereo_lab.results.evaluation import Results
 from stereo_lab.results.figures import FIGURES
 
+CORNERS_NAMED = 3
 PAPER_DEPTH_MM = 8.0  # the paper's Fig. 9: mean depth error, up to 2 m
 
 
@@ -48,7 +50,7 @@ def _evaluation_rows(facts):
             cells = [f"{f[axis]['mean']:.1f} ({f[axis]['p95']:.1f})" if f else "" for f in both.values()]
             table.append((f"{name} {where}, mean (95 %) error (mm)", paper[axis], *cells))
     if facts["limit_depth_mm"] is not None:
-        table.append(("depth limit of this rig, mean (mm)", "", "", f"{facts['limit_depth_mm']:.1f}"))
+        table.append(("depth error by the pictures' noise alone, mean (mm)", "", "", f"{facts['limit_depth_mm']:.1f}"))
     return table
 
 
@@ -79,6 +81,17 @@ def sentences(results: Results) -> list[str]:
         )
         if facts["evaluation"]["cone"]["missed"]:
             said.append(f"In {facts['evaluation']['cone']['missed']} pairs no ball was found.")
+    if results.limit is not None:
+        said.append(
+            f"The noise of the pictures (from the set {results.limit.source}) moves a disparity by {facts['sigma_d_px']:.3f} px: "
+            f"that alone would leave {facts['limit_depth_mm']:.2f} mm of depth. What is reached is "
+            f"{facts['reached_over_limit']:.1f} times that; ball, cameras and ruler make the rest."
+        )
+    if results.bare:
+        said.append(
+            f"{len(results.bare)} of {len(results.found['cone'])} balls stand where a camera saw no board, and the calibration "
+            f"can only guess: {', '.join(results.bare[:5])}{' and others' if len(results.bare) > 5 else ''}."
+        )
     if results.found and not results.recording.has_samples("evaluation"):
         said.append("This recording has no evaluation set: its check samples, kept out of the fit, are the judges.")
     if results.recording.arm_is_shipped:
@@ -96,21 +109,67 @@ def write(results: Results, path: str | Path) -> None:
     )
     cells = "".join("<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in row) + "</tr>" for row in rows(results))
     words = "".join(f"<p>{html.escape(s)}</p>" for s in sentences(results))
-    write_whole(
-        path,
-        TEMPLATE.format(
-            title=html.escape(results.recording.title), kind=kind, rows=cells, words=words, figures="".join(sections)
-        ),
-    )
+    body = DEMO.format(kind=kind, rows=cells, words=words, figures="".join(sections))
+    write_whole(path, PAGE.format(title=html.escape(results.recording.title), body=body))
 
 
-TEMPLATE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>stereo_lab: {title}</title>
+PAGE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>stereo_lab: {title}</title>
 <style>body{{font:17px/1.5 sans-serif;max-width:1100px;margin:2em auto;padding:0 1em;color:#111}}
 table{{border-collapse:collapse}}td,th{{padding:.25em .8em;border-bottom:1px solid #ccc;text-align:right}}
 td:first-child,th:first-child{{text-align:left}}img{{max-width:100%}}figure{{margin:2em 0}}</style>
-<h1>{title}</h1><p>This is {kind}.</p>
-<table><tr><th></th><th>paper</th><th>its method here</th><th>ours</th></tr>{rows}</table>{words}{figures}</html>
+<h1>{title}</h1>{body}</html>
 """
+DEMO = """<p>This is {kind}.</p>
+<table><tr><th></th><th>paper</th><th>its method here</th><th>ours</th></tr>{rows}</table>{words}{figures}
+"""
+
+
+def calibration_lines(calibration: StereoCalibration) -> list[str]:
+    """A calibration in plain words, a line each."""
+    lines = [f"{len(calibration.used)} of {calibration.pairs} pairs used; boards found in {calibration.found}."]
+    lines += [f"  without {name}: {why}" for name, why in calibration.dropped]
+    lines += [
+        f"  without one corner of {name}, {side} picture, at ({u:.0f}, {v:.0f}): it is {off:.1f} px off"
+        for name, side, u, v, off in calibration.corners_left_out[:CORNERS_NAMED]
+    ]
+    if len(calibration.corners_left_out) > CORNERS_NAMED:
+        lines.append(f"  and without {len(calibration.corners_left_out) - CORNERS_NAMED} corners more")
+    lines += [
+        f"reprojection error  {calibration.rms_px:.3f} px "
+        f"(left {calibration.left_rms_px:.3f}, right {calibration.right_rms_px:.3f})",
+        f"rows after rectification match to {calibration.vertical_error_px:.3f} px",
+    ]
+    if calibration.heldout_vertical_error_px is not None:
+        lines.append(
+            f"on unseen pairs     {calibration.heldout_vertical_error_px:.3f} px, "
+            f"lengths off by {calibration.heldout_length_error_percent:.2f} %"
+        )
+    return [
+        *lines,
+        f"baseline            {calibration.baseline_mm:.2f} mm, focal length {calibration.focal_px:.1f} px (rectified), "
+        f"known to {calibration.focal_sigma_percent:.2f} %",
+        f"the board is bent by {calibration.board_bend_mm:.2f} mm; "
+        f"the boards differ {calibration.misfit:.1f} times as much as their corners explain",
+        "",
+        f"verdict: {calibration.verdict}",
+        *(f"  {reason}" for reason in calibration.reasons),
+        f"  The next boards help most here in the left picture: {', '.join(where_to_hold(calibration))}.",
+    ]
+
+
+def write_calibration(calibration: StereoCalibration, title: str, path: str | Path) -> None:
+    """Write one HTML file with what a calibration is worth, in words and as the map of its doubt."""
+    known = depth_map(calibration)
+    fig, axes = plots.figure(1, 1, height=6.0, width=9.0)
+    what = f"Uncertainty of depth by the calibration, {calibration.depth_mm / 1000:.1f} m away"
+    outlines = calibration.outlines[:, 0]
+    plots.depth_doubt(known.pixels, known.sigma_mm, known.boards, outlines, calibration.image_size, what, axes[0, 0])
+    caption = (
+        "The left picture's area, as far as the right camera sees it too. The shade is the standard deviation of depth; white "
+        "outlines are the boards; crosses stand where no board was seen."
+    )
+    words = "".join(f"<p>{html.escape(line)}</p>" for line in calibration_lines(calibration) if line)
+    write_whole(path, PAGE.format(title=html.escape(title), body=words + _section(fig, caption)))
 
 
 def _section(fig, caption):
