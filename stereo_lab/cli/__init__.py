@@ -73,11 +73,16 @@ def _parser():
     )
     _add_recording(calibrate)
     calibrate.add_argument("--save", metavar="FILE", help="write the calibration itself, to be loaded in Python")
-
+    calibrate.add_argument("--report", metavar="FILE", help="picture of where the calibration knows least, as HTML")
     calibrate.add_argument(
         "--keep",
         action="store_true",
         help="write it into the recording, so that whoever gets the folder starts with it",
+    )
+    calibrate.add_argument(
+        "--swap",
+        action="store_true",
+        help="first rename the folders left and right of every set into each other, for cameras named the wrong way round",
     )
 
     detect = add("detect", run_detect, "Find the ball in pictures.", "detect data/bench/snaps/left/000.jpg --color red")

@@ -37,29 +37,24 @@ def run_demo(options: argparse.Namespace) -> int:
 def run_calibrate(options: argparse.Namespace) -> int:
     """Calibrate the cameras of a recording and print what it is worth; WANTING where it is poor."""
     from stereo_lab.calibration import boards_of, calibrate_anew
-    from stereo_lab.recording import open_recording
+    from stereo_lab.common.files import check_target
+    from stereo_lab.recording import open_recording, swap_sides
+    from stereo_lab.results import report
 
     recording = open_recording(options.recording)
+    if options.report:
+        check_target(options.report)
+    if options.swap:
+        alone = swap_sides(boards_of(recording))
+        print("The folders left and right are swapped.", file=sys.stderr)
+        if alone:
+            print(f"Pictures of one camera alone stay as they are: {', '.join(alone)}.", file=sys.stderr)
     with Progress() as progress:
         result = calibrate_anew(recording, lambda done, total: progress("find the boards", done, total))
     if options.json != "-":
-        print(f"{len(result.used)} of {result.pairs} pairs used; boards found in {result.found}.")
-        for name, why in result.dropped:
-            print(f"  without {name}: {why}")
-        print(
-            f"reprojection error  {result.rms_px:.3f} px (left alone {result.left_rms_px:.3f}, right {result.right_rms_px:.3f})"
-        )
-        print(f"rows after rectification match to {result.vertical_error_px:.3f} px")
-        if result.heldout_vertical_error_px is not None:
-            print(
-                f"on unseen pairs     {result.heldout_vertical_error_px:.3f} px, "
-                f"lengths off by {result.heldout_length_error_percent:.2f} %"
-            )
-        print(f"baseline            {result.baseline_mm:.2f} mm, focal length {result.focal_px:.1f} px (rectified)")
-        print(f"the board is bent by {result.board_bend_mm:.2f} mm; lens model: {result.lens}")
-        print(f"\nverdict: {result.verdict}")
-        for reason in result.reasons:
-            print(f"  {reason}")
+        print(*report.calibration_lines(result), sep="\n")
+    if options.report:
+        report.write_calibration(result, recording.title, options.report)
     if options.save:
         result.save(options.save)
     if options.keep:

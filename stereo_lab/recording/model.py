@@ -98,10 +98,10 @@ class Recording:
         samples = []
         for where, row in rows:
             pair = _find_pair(pairs, row["name"], where)
-            measured = Position(*(place_mm(row[k], f"{where}, {k}") for k in ("x_mm", "y_mm", "depth_mm")))
+            x, y, depth = (place_mm(row[k], f"{where}, {k}") for k in ("x_mm", "y_mm", "depth_mm"))
             ball = self.true_ball(set_name, pair.name)
-            truth = None if ball is None else Position(*map(float, ball["ball"]))
-            samples.append(Sample(pair, measured, truth, (row.get("use") or "").strip()))
+            truth = None if ball is None else _exact(ball["ball"])
+            samples.append(Sample(pair, Position(x, y, depth), truth, (row.get("use") or "").strip()))
         return tuple(samples)
 
     def has_samples(self, set_name: str) -> bool:
@@ -151,6 +151,11 @@ class Recording:
         """The entry of truth.json for one frame with a ball in it, or None."""
         entry = self.truth.get("sets", {}).get(set_name, {}).get(name)
         return entry if entry and entry.get("ball") is not None else None
+
+
+def _exact(place):
+    x, y, depth = map(float, place)
+    return Position(x, y, depth)
 
 
 def _pictures(folder):

@@ -1,0 +1,44 @@
+"""Left and right exchanged, for a recording whose cameras were named the wrong way round."""
+
+from __future__ import annotations
+
+import os
+
+from stereo_lab.errors import RecordingError
+from stereo_lab.recording.model import Recording
+
+
+def swap_sides(recording: Recording) -> list[str]:
+    """Rename the folders ``left`` and ``right`` of every set that has both into each other.
+
+    Returns
+    -------
+    list of str
+        Names of the sets that have pictures of one camera alone, and so stay as they are.
+
+    Raises
+    ------
+    RecordingError
+        If the recording is a rendered one, whose truth names the sides, or a folder cannot be renamed; then all
+        folders are as they were before.
+    """
+    if recording.truth:
+        raise RecordingError(
+            f"{recording.path} brings truth.json, which names the sides: its folders stay as they are."
+        )
+    sets = [recording.path / name for name in recording.sets]
+    both = [folder for folder in sets if (folder / "right").is_dir()]
+    done = []
+    try:
+        for folder in both:
+            for before, after in (("left", "swapping"), ("right", "left"), ("swapping", "right")):
+                os.rename(folder / before, folder / after)
+                done.append((folder / before, folder / after))
+    except OSError as error:
+        for before_path, after_path in reversed(done):
+            os.rename(after_path, before_path)
+        raise RecordingError(
+            f"The folders of {recording.path} cannot be renamed: {error.strerror}. Close what shows their pictures, or "
+            "copy the recording to a folder that may be written."
+        ) from None
+    return [folder.name for folder in sets if folder not in both]
