@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION, Numbers
 
-__all__ = ["error_by_pair", "grids", "how_many_pairs", "mark_corners"]
+__all__ = ["depth_doubt", "error_by_pair", "grids", "how_many_pairs", "mark_corners"]
 
 
 def grids(
@@ -93,4 +93,43 @@ def how_many_pairs(counts: Numbers, used_px: Numbers, unseen_px: Numbers, title:
     ax.set_xlabel("pairs in the fit")
     ax.set_ylabel("error (px)")
     ax.set_title(title)
+    return ax
+
+
+def depth_doubt(
+    pixels_Nx2: np.ndarray,
+    sigma_mm_N: np.ndarray,
+    boards_N: np.ndarray,
+    outlines: np.ndarray,
+    image_size: tuple[int, int],
+    title: str,
+    ax: Axes | None = None,
+) -> Axes:
+    """How uncertain depth is over the left picture, with the boards' outlines; crosses where no board was seen.
+
+    Parameters
+    ----------
+    pixels_Nx2 : ndarray, places in the left picture, px
+    sigma_mm_N : ndarray, standard deviation of depth there, mm
+    boards_N : ndarray of int, how many boards covered each place
+    outlines : ndarray, shape (boards, 4, 2), px
+    image_size : (width, height), px
+    """
+    ax = ax or plt.gca()
+    filled = ax.tricontourf(pixels_Nx2[:, 0], pixels_Nx2[:, 1], sigma_mm_N, levels=8, cmap="cividis")
+    bar = ax.figure.colorbar(filled, ax=ax, shrink=0.9)
+    bar.set_label("sigma of depth (mm)")
+    for outline in outlines:
+        ax.plot(*np.vstack([outline, outline[:1]]).T, color="white", linewidth=0.8, alpha=0.7)
+    bare = pixels_Nx2[boards_N == 0]
+    ax.plot(*bare.T, "x", color=VERMILION, markersize=5, markeredgewidth=1.4, label="here no board was seen")
+    ax.set_xlim(0, image_size[0])
+    ax.set_ylim(image_size[1], 0)
+    ax.set_aspect("equal")
+    ax.grid(False)
+    ax.set_xlabel("u (px)")
+    ax.set_ylabel("v (px)")
+    ax.set_title(title)
+    if len(bare):
+        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12))
     return ax
