@@ -19,6 +19,7 @@ ARM = np.array([[0.0, 0.0], [200.0, 100.0], [150.0, 260.0]])
 PICTURE = np.arange(4 * 6 * 3, dtype=np.uint8).reshape(4, 6, 3)
 UP, DOWN = np.array([1.0, 2.0, 4.0, 7.0]), np.array([9.0, 5.0, 2.0, 1.0])
 CORNERS = np.array([[u, v] for v in (10.0, 22.0) for u in (5.0, 17.0, 30.0)])
+GRID = np.array([[u, v] for v in (5.0, 20.0, 40.0) for u in (5.0, 20.0, 40.0, 60.0)])
 
 CALLS = {
     "show_image": lambda ax: plots.show_image(PICTURE, "A title", ax),
@@ -35,6 +36,9 @@ CALLS = {
     "mark_corners": lambda ax: plots.mark_corners(CORNERS, 3, ax),
     "error_by_pair": lambda ax: plots.error_by_pair(["a", "b", "c"], [1.0, 2.0, 9.0], 2.0, {"c"}, "A title", ax),
     "how_many_pairs": lambda ax: plots.how_many_pairs([3, 5, 8, 12], UP, DOWN, "A title", ax),
+    "depth_doubt": lambda ax: plots.depth_doubt(
+        GRID, GRID[:, 0] / 10, np.arange(12) % 3, np.array([CORNERS[[0, 2, 5, 3]]]), (64, 48), "A title", ax
+    ),
     "mask_view": lambda ax: plots.mask_view(PICTURE[..., 0], "A title", ax),
     "hue_circle": lambda ax: plots.hue_circle("A title", ax),
     "heat": lambda ax: plots.heat(PICTURE[..., 1], (2.0, 1.0), "A title", ax),

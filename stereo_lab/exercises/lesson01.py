@@ -145,7 +145,7 @@ def _baseline(translation, baseline):
     return dict(
         asks="How far apart are the two cameras, in mm?",
         answer=Number(
-            baseline, 0.2, "mm",
+            baseline, 0.06, "mm",
             (
                 Wrong(float(translation[0]), "T[0] is the step to the side alone, with its sign. A distance is above zero and counts all three."),
                 Wrong(float(np.abs(translation).sum()), "you added the three steps. The straight distance is Pythagoras in space."),
