@@ -7,6 +7,7 @@ from collections.abc import Collection, Sequence
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
 
 from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION, Numbers
 
@@ -116,8 +117,10 @@ def depth_doubt(
     image_size : (width, height), px
     """
     ax = ax or plt.gca()
-    filled = ax.tricontourf(pixels_Nx2[:, 0], pixels_Nx2[:, 1], sigma_mm_N, levels=8, cmap="cividis")
-    bar = ax.figure.colorbar(filled, ax=ax, shrink=0.9)
+    levels = np.geomspace(0.99 * sigma_mm_N.min(), 1.01 * sigma_mm_N.max(), 9)  # even steps would show the rim alone
+    filled = ax.tricontourf(*pixels_Nx2.T, sigma_mm_N, levels=levels, norm=LogNorm(), cmap="cividis")
+    bar = ax.figure.colorbar(filled, ax=ax, shrink=0.9, ticks=levels, format="%.2g")
+    bar.minorticks_off()
     bar.set_label("sigma of depth (mm)")
     for outline in outlines:
         ax.plot(*np.vstack([outline, outline[:1]]).T, color="white", linewidth=0.8, alpha=0.7)
