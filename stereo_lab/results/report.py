@@ -89,8 +89,8 @@ def sentences(results: Results) -> list[str]:
         )
     if results.bare:
         said.append(
-            f"{len(results.bare)} of {len(results.found['cone'])} balls stand where a camera saw no board, and the calibration "
-            f"can only guess: {', '.join(results.bare[:5])}{' and others' if len(results.bare) > 5 else ''}."
+            f"{len(results.bare)} of {len(results.found['cone'])} balls stand where a camera saw no board; what is known of its lens "
+            f"there is drawn out from elsewhere: {', '.join(results.bare[:5])}{' and others' if len(results.bare) > 5 else ''}."
         )
     if results.found and not results.recording.has_samples("evaluation"):
         said.append("This recording has no evaluation set: its check samples, kept out of the fit, are the judges.")
