@@ -118,7 +118,9 @@ def depth_doubt(
     """
     ax = ax or plt.gca()
     levels = np.geomspace(0.99 * sigma_mm_N.min(), 1.01 * sigma_mm_N.max(), 9)  # even steps would show the rim alone
-    filled = ax.tricontourf(*pixels_Nx2.T, sigma_mm_N, levels=levels, norm=LogNorm(), cmap="cividis")
+    filled = ax.tricontourf(
+        pixels_Nx2[:, 0], pixels_Nx2[:, 1], sigma_mm_N, levels=levels, norm=LogNorm(), cmap="cividis"
+    )
     bar = ax.figure.colorbar(filled, ax=ax, shrink=0.9, ticks=levels, format="%.2g")
     bar.minorticks_off()
     bar.set_label("sigma of depth (mm)")
