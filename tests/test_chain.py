@@ -292,3 +292,10 @@ def test_the_virtual_arms_pace_is_its_clock_by_ours(monkeypatch):
     monkeypatch.setattr(measure.time, "perf_counter", lambda: next(our_clock))
     arm = types.SimpleNamespace(line=types.SimpleNamespace(clock=lambda: next(arm_clock)))
     assert measure._pace(arm, lambda: None) == 1.5
+
+
+def test_the_calibrations_report_says_what_it_is_worth_and_where_it_comes_from(tmp_path):
+    code, out, _ = run("calibrate", "bench", "--report", tmp_path / "c.html")
+    page = (tmp_path / "c.html").read_text(encoding="utf-8")
+    assert code == 0 and "a rendered recording: made by a renderer, not by cameras" in page
+    assert "verdict: good" in page and "The next boards help most here" in page and "data:image/png;base64," in page

@@ -54,7 +54,7 @@ def run_calibrate(options: argparse.Namespace) -> int:
     if options.json != "-":
         print(*report.calibration_lines(result), sep="\n")
     if options.report:
-        report.write_calibration(result, recording.title, options.report)
+        report.write_calibration(result, recording, options.report)
     if options.save:
         result.save(options.save)
     if options.keep:

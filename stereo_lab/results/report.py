@@ -9,6 +9,7 @@ from pathlib import Path
 from stereo_lab import plots
 from stereo_lab.calibration import StereoCalibration, depth_map, where_to_hold
 from stereo_lab.common.files import write_whole
+from stereo_lab.recording import Recording
 from stereo_lab.results.evaluation import Results
 from stereo_lab.results.figures import FIGURES
 
@@ -102,14 +103,9 @@ def sentences(results: Results) -> list[str]:
 def write(results: Results, path: str | Path) -> None:
     """Write the report: one HTML file with the paper's figures 2, 4, 5, 8 and 9 drawn from this run."""
     sections = [_section(figure.draw(results), figure.caption) for figure in FIGURES if figure.fits(results)]
-    kind = (
-        "a rendered recording: made by a renderer, not by cameras"
-        if results.recording.rendered
-        else "a camera recording"
-    )
     cells = "".join("<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in row) + "</tr>" for row in rows(results))
     words = "".join(f"<p>{html.escape(s)}</p>" for s in sentences(results))
-    body = DEMO.format(kind=kind, rows=cells, words=words, figures="".join(sections))
+    body = DEMO.format(kind=_kind(results.recording), rows=cells, words=words, figures="".join(sections))
     write_whole(path, PAGE.format(title=html.escape(results.recording.title), body=body))
 
 
@@ -157,7 +153,11 @@ def calibration_lines(calibration: StereoCalibration) -> list[str]:
     ]
 
 
-def write_calibration(calibration: StereoCalibration, title: str, path: str | Path) -> None:
+def _kind(recording):
+    return "a rendered recording: made by a renderer, not by cameras" if recording.rendered else "a camera recording"
+
+
+def write_calibration(calibration: StereoCalibration, recording: Recording, path: str | Path) -> None:
     """Write one HTML file with what a calibration is worth, in words and as the map of its doubt."""
     known = depth_map(calibration)
     fig, axes = plots.figure(1, 1, height=6.0, width=9.0)
@@ -168,8 +168,9 @@ def write_calibration(calibration: StereoCalibration, title: str, path: str | Pa
         "The left picture's area, as far as the right camera sees it too. The shade is the standard deviation of depth; white "
         "outlines are the boards; crosses stand where no board was seen."
     )
-    words = "".join(f"<p>{html.escape(line)}</p>" for line in calibration_lines(calibration) if line)
-    write_whole(path, PAGE.format(title=html.escape(title), body=words + _section(fig, caption)))
+    lines = [f"This is {_kind(recording)}.", *filter(None, calibration_lines(calibration))]
+    words = "".join(f"<p>{html.escape(line)}</p>" for line in lines)
+    write_whole(path, PAGE.format(title=html.escape(recording.title), body=words + _section(fig, caption)))
 
 
 def _section(fig, caption):
