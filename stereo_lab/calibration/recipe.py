@@ -14,14 +14,13 @@ from stereo_lab.calibration.heldout import errors_on_unseen, pair_errors
 from stereo_lab.calibration.refusals import check_enough, check_sides, check_spread, check_tilt, check_together
 from stereo_lab.calibration.search import find_views
 from stereo_lab.calibration.shapes import board_shapes
-from stereo_lab.calibration.solver import solve, why_bad
+from stereo_lab.calibration.solver import OTHER_MOMENT, solve, why_bad
 from stereo_lab.calibration.start import first_rig
 from stereo_lab.calibration.uncertainty import covariance, misfit
 from stereo_lab.calibration.verdict import verdict_on
 from stereo_lab.common.threads import one_thread
 from stereo_lab.recording import Board, StereoPair
 
-OTHER_MOMENT = "the two pictures do not match: were they taken at the same moment?"
 JUDGED_AT_MM = 1000.0  # the distance of the verdict where none is told
 
 
@@ -64,7 +63,7 @@ def calibrate_stereo(
         check_sides(fit.solution.rig)
         dropped += [(views[k].name, why_bad(fit, views[k], shapes)) for k in fit.bad]
         kept = [views[k] for k in fit.kept]
-        quality = _quality(fit, kept, board, size, depth_mm)
+        quality = _quality(fit, kept, board, shapes, size, depth_mm)
         check_tilt(quality["focal_sigma_percent"])
         calibration = StereoCalibration(
             image_size=size, pairs=len(pairs), found=len(both),
@@ -91,9 +90,9 @@ def _cameras(rig: Rig) -> dict[str, Any]:
     }
 
 
-def _quality(fit, views, board, size, depth_mm):
+def _quality(fit, views, board, shapes, size, depth_mm):
     """How well the cameras explain the boards, and what they know of themselves."""
-    solution, shapes = fit.solution, board_shapes(board)
+    solution = fit.solution
     square, used = (solution.missing**2).sum(-1), solution.weights > 0
     vertical, length = errors_on_unseen(solution, views, board, size)
     inflated = max(1.0, misfit(solution, size, depth_mm))

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from stereo_lab.calibration.bundle import CAMERAS, LENS, Boards, Rig, Shapes, Solution, fit, matrices
-from stereo_lab.calibration.views import View
+from stereo_lab.calibration.views import View, stacked
 
 SOLVER = 4  # counts up whenever the same boards give another calibration: those kept are then made anew
 FEWEST = 4  # pairs without which nothing is solved: three agree with too many cameras
@@ -20,6 +20,7 @@ BAD_CORNER = 5.0  # sigmas
 BAD_VIEW = 3.0  # times the median view's
 ROUNDS = 8
 LEAST_SIGMA_PX = 0.01  # corners are never known better: drawn boards are exact and real ones are not
+OTHER_MOMENT = "the two pictures do not match: were they taken at the same moment?"
 NORMAL = 1.4826  # sigmas in a median of the sizes, for errors that are normally spread
 
 
@@ -46,9 +47,7 @@ def solve(rig: Rig, boards: Boards, views: Sequence[View], shapes: Shapes, size:
     First a fit in which nobody pulls hard (Huber's weights). Views that then lie far off are left out, then single
     corners. The fit is done again without them, and with a prior on k3 that gives way where the boards insist.
     """
-    seen = np.stack([[v.left for v in views], [v.right for v in views]], 2).astype(float)
-    there = ~np.isnan(seen[..., 0])
-    seen = np.nan_to_num(seen)
+    seen, there = stacked(views)
     chosen = np.arange(len(views))
     while True:
         rough, sigma = _rough(rig, boards.some(chosen), seen[chosen], there[chosen], shapes, size)
@@ -121,7 +120,7 @@ def why_bad(fit: Fit, view: View, shapes: Shapes) -> str:
     worse = max(alone, key=lambda side: np.nan_to_num(alone[side]))
     if alone[worse] > BAD_VIEW * fit.sigma_px:
         return f"corners of the {worse} picture are off by {alone[worse]:.2f} px: blurred, bent or partly hidden"
-    return "the two pictures do not match: were they taken at the same moment?"
+    return OTHER_MOMENT
 
 
 def _error_alone(seen, board, lens):

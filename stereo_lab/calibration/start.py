@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from stereo_lab.calibration.bundle import CAMERAS, LENS, Boards, Rig, Shapes, fit, matrices, project, turn
-from stereo_lab.calibration.views import View
+from stereo_lab.calibration.views import View, stacked
 from stereo_lab.errors import CalibrationError
 
 SURE = 0.4  # part of the pairs that must agree for the cameras' places to be known
@@ -60,15 +60,13 @@ def first_rig(
 
 def _fit_after_all(views, flat, rig, boards, together):
     """Which views fit cameras that are fitted to those that agree: of few boards the start knows too little to judge."""
-    chosen = [view for view, same in zip(views, together, strict=True) if same]
-    seen = np.stack([[v.left for v in chosen], [v.right for v in chosen]], 2).astype(float)
-    there = ~np.isnan(seen[..., 0])
+    seen, there = stacked([view for view, same in zip(views, together, strict=True) if same])
     prior = np.full(CAMERAS, np.inf)
     for name, variance in K1_ALONE.items():
         prior[[LENS.index(name), len(LENS) + LENS.index(name)]] = variance
     flat_board = Shapes(flat, np.zeros((len(flat), 3, 0)), np.zeros(0))
     held = Boards(np.zeros(0), boards.turns[together], boards.shifts[together])
-    better = fit(rig, held, np.nan_to_num(seen), there.astype(float), flat_board, prior, 1.0).rig
+    better = fit(rig, held, seen, there.astype(float), flat_board, prior, 1.0).rig
     return np.array([_off(view, flat, better) < APART_PX for view in views])
 
 

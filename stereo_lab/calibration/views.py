@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,3 +31,9 @@ class View:
     def place(self) -> float:
         """A number that tells views apart, and does not depend on their names."""
         return float(np.nansum(self.left) + np.nansum(self.right))
+
+
+def stacked(views: Sequence[View]) -> tuple[np.ndarray, np.ndarray]:
+    """All corners, shape (views, corners, 2 cameras, 2), px, 0 where not seen; and which were seen, without the last axis."""
+    seen = np.stack([[v.left for v in views], [v.right for v in views]], 2).astype(float)
+    return np.nan_to_num(seen), ~np.isnan(seen[..., 0])

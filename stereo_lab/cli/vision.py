@@ -22,8 +22,7 @@ def run_demo(options: argparse.Namespace) -> int:
     recording = open_recording(options.recording)
     quiet = options.json == "-"
     say = (lambda *_: None) if quiet else print
-    kind = "rendered recording: made by a renderer, not by cameras" if recording.rendered else "camera recording"
-    say(f"{recording.title}\n({kind}; {recording.path})\n")
+    say(f"{recording.title}\n({report.kind_of(recording)}; {recording.path})\n")
     with Progress() as progress:
         results = evaluate(recording, progress)
     say(f"Calibration: {results.calibration_source}.\n")

@@ -242,8 +242,8 @@ def _evaluate_poses(results, samples, report):
         if pair is not None:
             results.centers["cone"] += _offsets(pair, circles)
     report("locate the ball in pairs", len(samples), len(samples))
-    noise = sensor_noise(recording)
-    if seen and noise is not None:
+    noise = sensor_noise(recording) if seen else None  # reads pictures: only where there is a ball to hold them against
+    if noise is not None:
         results.limit = DepthLimit.of(calibration, noise, *zip(*seen, strict=True))
 
 

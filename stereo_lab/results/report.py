@@ -105,7 +105,7 @@ def write(results: Results, path: str | Path) -> None:
     sections = [_section(figure.draw(results), figure.caption) for figure in FIGURES if figure.fits(results)]
     cells = "".join("<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in row) + "</tr>" for row in rows(results))
     words = "".join(f"<p>{html.escape(s)}</p>" for s in sentences(results))
-    body = DEMO.format(kind=_kind(results.recording), rows=cells, words=words, figures="".join(sections))
+    body = DEMO.format(kind=kind_of(results.recording), rows=cells, words=words, figures="".join(sections))
     write_whole(path, PAGE.format(title=html.escape(results.recording.title), body=body))
 
 
@@ -115,7 +115,7 @@ table{{border-collapse:collapse}}td,th{{padding:.25em .8em;border-bottom:1px sol
 td:first-child,th:first-child{{text-align:left}}img{{max-width:100%}}figure{{margin:2em 0}}</style>
 <h1>{title}</h1>{body}</html>
 """
-DEMO = """<p>This is {kind}.</p>
+DEMO = """<p>This is a {kind}.</p>
 <table><tr><th></th><th>paper</th><th>its method here</th><th>ours</th></tr>{rows}</table>{words}{figures}
 """
 
@@ -153,8 +153,9 @@ def calibration_lines(calibration: StereoCalibration) -> list[str]:
     ]
 
 
-def _kind(recording):
-    return "a rendered recording: made by a renderer, not by cameras" if recording.rendered else "a camera recording"
+def kind_of(recording: Recording) -> str:
+    """What made a recording, in words."""
+    return "rendered recording: made by a renderer, not by cameras" if recording.rendered else "camera recording"
 
 
 def write_calibration(calibration: StereoCalibration, recording: Recording, path: str | Path) -> None:
@@ -168,7 +169,7 @@ def write_calibration(calibration: StereoCalibration, recording: Recording, path
         "The left picture's area, as far as the right camera sees it too. The shade is the standard deviation of depth; white "
         "outlines are the boards; crosses stand where no board was seen."
     )
-    lines = [f"This is {_kind(recording)}.", *filter(None, calibration_lines(calibration))]
+    lines = [f"This is a {kind_of(recording)}.", *filter(None, calibration_lines(calibration))]
     words = "".join(f"<p>{html.escape(line)}</p>" for line in lines)
     write_whole(path, PAGE.format(title=html.escape(recording.title), body=words + _section(fig, caption)))
 
