@@ -1,5 +1,6 @@
 """What people who carry the project on expect to find, and that it says the truth."""
 
+import json
 import re
 
 import pytest
@@ -42,3 +43,13 @@ def test_every_package_is_in_the_wheel():
     folders = {p.parent for p in (ROOT / "stereo_lab").rglob("*.py")}
     assert all((folder / "__init__.py").is_file() for folder in folders)
     assert "[tool.setuptools.packages.find]" in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+
+
+def test_every_file_that_is_no_code_is_in_the_wheel():
+    """Without its weights the detector cannot be imported."""
+    text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    patterns = json.loads(re.search(r"package-data\]\nstereo_lab = (\[.*\])", text)[1])
+    package = ROOT / "stereo_lab"
+    shipped = {path for pattern in patterns for path in package.glob(pattern)}
+    others = {path for path in package.rglob("*") if path.is_file() and path.suffix not in (".py", ".pyc")}
+    assert others and others <= shipped

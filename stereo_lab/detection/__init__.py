@@ -7,8 +7,7 @@ the ball, and says None where that cone does not hold. ``hough`` is the vote, wr
 """
 
 from stereo_lab.detection.color import HUES, BallColor
-from stereo_lab.detection.cone import BALL
-from stereo_lab.detection.detector import BallDetector
+from stereo_lab.detection.detector import BALL, BallDetector
 from stereo_lab.detection.model import Detection, check_image
 from stereo_lab.detection.paper import BLUR_PX, detect_paper
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from functools import cache
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
 
 import cv2
 import numpy as np
@@ -22,6 +22,12 @@ HUES = {
     "blue": ((98, 130),),
 }
 LIGHTNESS, SATURATION = (25, 235), (70, 255)
+# For ours: hues may lie so far outside, for lamps are warm and cameras differ, and then fall off over as many as FADE
+WARM, FADE = 3, 6
+# How colourful, (greatest − least) / greatest channel: not at all the ball's colour, and fully. Balls are strongly coloured,
+# skin and wood are not; but greens are often pale, and hardly anything else in a room is green
+COLORFUL = {"green": (0.15, 0.35)}
+USUALLY = (0.25, 0.75)
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,11 +39,13 @@ class BallColor:
     name : str, "learned" for one from samples
     ranges : tuple of (lower, upper), each (H, L, S) as in OpenCV
     table : ndarray, shape (32, 32, 32), uint8, indexed by B, G, R divided by 8
+    marks : tuple of (number of the picture, u, v, radius_px), of a colour that marked itself
     """
 
     name: str
     ranges: tuple[tuple[tuple[int, ...], tuple[int, ...]], ...]
     table: np.ndarray = field(repr=False)
+    marks: tuple[tuple[int, float, float, float], ...] = ()
 
     @classmethod
     def named(cls, name: str) -> BallColor:
@@ -54,7 +62,7 @@ class BallColor:
         ranges = tuple(
             ((low, LIGHTNESS[0], SATURATION[0]), (high, LIGHTNESS[1], SATURATION[1])) for low, high in HUES[known]
         )
-        return cls(known, ranges, _table_from_hue(HUES[known]))
+        return cls(known, ranges, _table_from_hue(HUES[known], *COLORFUL.get(known, USUALLY)))
 
     @classmethod
     def from_samples(cls, images: Sequence[np.ndarray], circles: Sequence[Sequence[float]]) -> BallColor:
@@ -67,31 +75,40 @@ class BallColor:
         images : sequence of ndarray, BGR
         circles : sequence of (u, v, radius_px), one for each picture
 
-        Returns
-        -------
-        BallColor
-
         Raises
         ------
         StereoLabError
             If there is no picture, or a circle lies outside its picture or fills it.
         """
-        inside, outside = [], []
-        for image, (u, v, radius) in zip(images, circles, strict=True):
-            distance = np.hypot(*(np.indices(image.shape[:2])[::-1] - np.array([u, v])[:, None, None]))
-            smooth = cv2.GaussianBlur(image, (0, 0), 1.0)
-            if not (distance < 0.85 * radius).any():
-                raise StereoLabError(f"The circle ({u:g}, {v:g}, {radius:g}) px lies outside its picture.")
-            inside.append(smooth[distance < 0.85 * radius])
-            outside.append(smooth[distance > 1.25 * radius])
-        if not inside:
-            raise StereoLabError("To learn a colour, mark the ball in one picture at least; three or four are better.")
-        ball, rest = np.concatenate(inside), np.concatenate(outside)
-        if not len(rest):
-            raise StereoLabError(
-                "The marked circles fill their pictures; the colour of what is round the ball is needed."
-            )
-        return cls("learned", _hls_ranges(ball), _table_from_pixels(ball, rest))
+        from stereo_lab.detection import learning
+
+        ball, rest = learning.pixels_of(images, circles)
+        return cls("learned", learning.hls_ranges(ball), learning.table_from_pixels(ball, rest))
+
+    @classmethod
+    def learned(cls, images: Sequence[np.ndarray], name: str) -> BallColor:
+        """Learn a colour from pictures that nobody marked: the surest balls by its name mark themselves.
+
+        Parameters
+        ----------
+        images : sequence of ndarray, BGR, of one ball; a dozen or more
+        name : str, as for :meth:`named`
+
+        Returns
+        -------
+        BallColor
+            ``marks`` tells which pictures and circles it was learned from: look at them.
+
+        Raises
+        ------
+        StereoLabError
+            If no picture shows a ball of that name.
+        """
+        from stereo_lab.detection import learning
+
+        marks = learning.surest(images, cls.named(name))
+        found = cls.from_samples([images[k] for k, *_ in marks], [circle for _, *circle in marks])
+        return replace(found, marks=marks)
 
     def mask(self, image: np.ndarray) -> np.ndarray:
         """255 where the pixel lies between the paper's HLS bounds, else 0; shape (height, width)."""
@@ -101,11 +118,15 @@ class BallColor:
 
     def likeness(self, image: np.ndarray) -> np.ndarray:
         """How ball-like each pixel's colour is, 0…255, shape (height, width)."""
-        blue, green, red = (image[..., k].astype(np.uint16) >> 3 for k in range(3))
-        return self.table.ravel()[(blue << 10) | (green << 5) | red]
+        packed = cv2.cvtColor(image, cv2.COLOR_BGR2BGR555).view(np.uint16)[..., 0]  # 15 bits: red, green, blue
+        return self._by_packed.take(packed, mode="wrap")  # nothing lies outside: not to check is faster
+
+    @cached_property
+    def _by_packed(self):
+        return np.ascontiguousarray(self.table.transpose(2, 1, 0)).ravel()
 
 
-def _bin_colors():
+def bin_colors():
     """The middle of every bin as a picture of shape (BINS * BINS, BINS, 3), BGR."""
     steps = (np.arange(BINS) * (256 // BINS) + 128 // BINS).astype(np.uint8)
     grid = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), -1)
@@ -113,62 +134,21 @@ def _bin_colors():
 
 
 @cache
-def _table_from_hue(hues):
-    """1 inside the hue range, falling off over 6 steps of hue; grey and black fall off as well."""
-    colors = _bin_colors()
+def _table_from_hue(hues, least, fully):
+    """255 inside the hue range, falling off beyond it; grey and black fall off as well."""
+    colors = bin_colors()
     hls = cv2.cvtColor(colors.astype(np.float32) / 255, cv2.COLOR_BGR2HLS)
     hue = hls[..., 0] / 2
     low, high = hues[0][0], hues[-1][1]
-    middle, half = (low + (high - low) % 180 / 2) % 180, (high - low) % 180 / 2
+    middle, half = (low + (high - low) % 180 / 2) % 180, (high - low) % 180 / 2 + WARM
     away = np.abs((hue - middle + 90) % 180 - 90) - half
     chroma = colors.max(-1).astype(float) - colors.min(-1)
     colorful = chroma / np.maximum(colors.max(-1), 1)
-    closeness = np.clip(1 - away / 6, 0, 1) * np.clip((colorful - 0.25) / 0.2, 0, 1) * np.clip((chroma - 12) / 18, 0, 1)
+    closeness = (
+        np.clip(1 - away / FADE, 0, 1)
+        * np.clip((colorful - least) / (fully - least), 0, 1)
+        * np.clip((chroma - 12) / 18, 0, 1)
+    )
     table = (255 * closeness).astype(np.uint8).reshape(BINS, BINS, BINS)
     table.flags.writeable = False  # all who ask for this colour share it
     return table
-
-
-def _table_from_pixels(ball, rest):
-    """Share of ball among the pixels of each colour, with both counts spread over similar colours."""
-    shares = []
-    for pixels in (ball, rest):
-        counts = np.zeros((BINS, BINS, BINS), np.float32)
-        np.add.at(counts, tuple((pixels >> 3).T), 1)
-        shares.append(_spread(counts) / len(pixels))
-    prior = 0.1  # a ball covers a few hundredths of a picture; its rarer tints count as well
-    seen = prior * shares[0] / (prior * shares[0] + (1 - prior) * shares[1] + 1e-7)
-    return (255 * np.clip(seen, 0, 1)).astype(np.uint8)
-
-
-def _spread(counts):
-    """Gaussian blur of a colour histogram: brightness may change more than tint."""
-    for axis in range(3):
-        moved = np.moveaxis(counts, axis, 0)
-        flat = np.ascontiguousarray(moved.reshape(BINS, -1))
-        blurred = cv2.filter2D(flat, -1, cv2.getGaussianKernel(7, 1.0), borderType=cv2.BORDER_CONSTANT)
-        counts = np.moveaxis(blurred.reshape(moved.shape), 0, axis)
-    grey = np.zeros_like(counts)
-    for step in range(-3, 4):  # along the grey diagonal: the same tint, lighter or darker
-        grey += np.exp(-0.5 * (step / 1.6) ** 2) * _shifted(counts, step)
-    return grey
-
-
-def _shifted(counts, step):
-    result = np.zeros_like(counts)
-    to = slice(max(0, step), BINS + min(0, step))
-    come = slice(max(0, -step), BINS - max(0, step))
-    result[to, to, to] = counts[come, come, come]
-    return result
-
-
-def _hls_ranges(pixels):
-    """HLS bounds that hold nine tenths of the pixels; the hue may wrap round 0."""
-    hls = cv2.cvtColor(pixels.reshape(-1, 1, 3), cv2.COLOR_BGR2HLS).reshape(-1, 3).astype(float)
-    angle = np.angle(np.exp(2j * np.pi * hls[:, 0] / 180).mean()) * 90 / np.pi
-    offset = (hls[:, 0] - angle + 90) % 180 - 90
-    low, high = np.percentile(offset, [5, 95]) + angle
-    (l0, l1), (s0, s1) = (np.percentile(hls[:, k], [5, 95]) for k in (1, 2))
-    low, high = round(low) % 180, round(high) % 180
-    spans = [(low, high)] if low <= high else [(low, 179), (0, high)]
-    return tuple(((int(a), int(l0), int(s0)), (int(b), int(l1), int(s1))) for a, b in spans)

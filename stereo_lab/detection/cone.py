@@ -1,220 +1,132 @@
-"""Round things of one colour: their edge to a fraction of a pixel, and whether they are a ball."""
+"""The cone: the rays from the camera that just touch a ball. Its axis goes through the ball's centre.
+
+The picture of the ball is that cone cut by the image plane: an ellipse, whose middle is *not* where the centre is.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
-from stereo_lab.detection.color import BallColor
-from stereo_lab.detection.curves import best_circle, fit_circle, fit_cone, fit_ellipse, to_rays, trust
-from stereo_lab.detection.edges import color_edge, edge_points
-from stereo_lab.detection.judge import BALL, WEAK, judge
-from stereo_lab.detection.model import Camera
-from stereo_lab.detection.search import SURELY, blob_circles, least_radius, small_copies, voted_circles
+from stereo_lab.detection.outline import RAYS, Look
 
-MOST_PASSES = 6
-SETTLED_PX, ROUGHLY_SETTLED_PX = 0.03, 0.3
-LITTLE = 0.3  # of a ball's area
-CLEAN = 0.85  # score of a ball so clear that nothing else is looked for
-HOPELESS = 0.1  # by the edge of its colour alone: not worth a closer look
+ON_PX, ON = 0.5, 0.04  # px, or of the radius: so near to the cone an edge lies on it
+LIMITS_PX, LIMITS = (1.5, 0.5, 0.25), (0.1, 0.04, 0.02)  # beyond them an edge counts nothing, round by round (Tukey)
+LEAST_ROUNDS, MOST_ROUNDS, STILL_PX = 2, 12, 0.01  # the last limit is kept until the cone stands still
+SCATTERED = 4.0  # but nearer than so many times the median, for a smeared rim scatters: 2.7 standard deviations
+LEAST_CLEAR = 0.3  # of the rays must show an edge
+ONE_CURVE = 0.75  # of these must lie on one cone; else the best cone through three rays is the start
+NORMAL, LEAST_SCATTER_PX = 1.4826, 0.02  # scatter of the edges by their median; the pixels alone bring so much
+TOGETHER = 2.0  # neighbouring rays share pixels and err together: on rendered balls so much more than each alone
+SHARPENED_PX = 0.12  # a camera's sharpening moves the whole rim in or out
+TRIES = 80  # cones through three rays
+TURN = np.random.default_rng(2).integers(2**31, size=(TRIES, 3))
+STILL = np.zeros(3)
+TINY = 1e-11 * np.eye(3)
 
 
-@dataclass(frozen=True)
-class Round:
-    """A round thing.
+class Cone(NamedTuple):
+    """A cone through the edges of a look; what belongs to rays has the shape (RAYS,), lengths are px."""
 
-    Attributes
-    ----------
-    center, radius_px : (u, v) and float, where the ball is and how large, px of the whole picture
-    support, fill : float, 0…1, which part of its rim agrees, and which of its inside has the ball's colour
-    shade : float, how much its brightness changes across it
-    score : float, 0…1; a ball has ``BALL`` or more
+    u: float  # where its axis, and so the ball's centre, is seen
+    v: float
+    outline_px: float  # radius of a circle round (u, v) that covers as much of the picture as the ball
+    radius_px: float  # f·tan α: what the ball's radius would be in the middle of the picture
+    look: Look
+    off: np.ndarray  # how far beyond the look's circle the edge lies on each ray
+    weights: np.ndarray  # of these edges
+    gap: np.ndarray  # how far beyond the cone they lie
+    axis: np.ndarray  # a', shape (3,)
+    normal: np.ndarray  # the matrix of its least squares, shape (3, 3)
+
+    @property
+    def circle(self) -> tuple[float, float, float]:
+        """(u, v, radius) of the next look."""
+        return self.u, self.v, self.outline_px
+
+    @property
+    def on(self) -> float:
+        """Part of the rays whose edge lies on the cone."""
+        near = np.abs(self.gap) < max(ON_PX, ON * self.outline_px)
+        return np.count_nonzero(near & (self.weights > 0)) / RAYS
+
+    @property
+    def sigmas_px(self) -> tuple[float, float]:
+        """Standard deviations of each coordinate of the centre, and of the radius, by how the edges scatter."""
+        scatter = max(LEAST_SCATTER_PX, NORMAL * _middle_of(np.abs(self.gap[self.weights > 0])))
+        focal, (x, y, z) = self.look.camera[0][0, 0], self.axis.tolist()
+        tan2 = x * x + y * y + z * z - 1
+        by_u, by_radius = np.array([1, 0, -x / z]) * (focal / z), self.axis * (focal / tan2**0.5)
+        inverse = cv2.invert(self.normal, flags=cv2.DECOMP_CHOLESKY)[1]
+        size = TOGETHER * scatter * tan2 / self.look.r
+        sigma, sigma_radius = (size * float(by @ inverse @ by) ** 0.5 for by in (by_u, by_radius))
+        return sigma, float(np.hypot(sigma_radius, SHARPENED_PX))
+
+
+def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
+    """The cone a·ray = cos α through the edges of a look, or None.
+
+    Divided by cos α it is linear: a'·ray = 1, and |a'|² − 1 = tan² α. Least squares, then again and again without
+    what lies far off.
     """
-
-    center: tuple[float, float]
-    radius_px: float
-    support: float
-    fill: float
-    shade: float
-    score: float
-
-
-def find_balls(
-    image: np.ndarray, color: BallColor, camera: Camera | None = None,
-    offset: tuple[int, int] = (0, 0), enough: float = CLEAN,
-) -> list[Round]:  # fmt: skip
-    """All round things of a colour that may be a ball, best first; those with a score of BALL or more are.
-
-    Parameters
-    ----------
-    image : ndarray, BGR; a whole picture or a window of one
-    color : has ``likeness(image)``
-    camera : (matrix, distortion) or None
-    offset : (x, y) of the window's first pixel in the picture
-    enough : the score that ends the search
-
-    Returns
-    -------
-    list of Round, in pixels of the whole picture
-    """
-    seen: list[Round] = []
-    for copy in small_copies(image, color):
-        for circles in (blob_circles, voted_circles):
-            sift = circles is voted_circles  # there are many, and most of them are nothing
-            seen += _measured(image, circles(copy), color, camera, offset, seen, sift)
-            if any(thing.score >= enough for thing in seen) or _all_told(copy, seen, offset):
-                break
-        if any(thing.score >= BALL for thing in seen):
+    off, weights = edge
+    clear = weights > 0
+    count = np.count_nonzero(clear)
+    if count < LEAST_CLEAR * RAYS:
+        return None
+    rays, used, near = look.rays(off), weights, max(0.6, 0.05 * look.r)
+    products = np.concatenate([(rays[:, :, None] * rays[:, None]).reshape(RAYS, 9), rays], 1)
+    gap = np.zeros(RAYS)
+    for rounds in range(MOST_ROUNDS):
+        before = gap
+        sums = used @ products
+        normal = sums[:9].reshape(3, 3) + TINY
+        axis = cv2.solve(normal, sums[9:, None], flags=cv2.DECOMP_CHOLESKY)[1][:, 0]
+        x, y, z = axis.tolist()
+        tan2 = x * x + y * y + z * z - 1
+        if not tan2 > 1e-8 or z < 0.05:
+            return None
+        gap = (1 - rays @ axis) * (look.r / tan2)
+        away = np.abs(gap)
+        if rounds == 0 and np.count_nonzero(away[clear] < near) < ONE_CURVE * count:
+            axis = _best_of_threes(rays[clear], near, look.r)
+            away = np.abs(rays @ axis - 1) * (look.r / (axis @ axis - 1))
+        if rounds >= LEAST_ROUNDS and np.abs(gap - before).max() < STILL_PX:
             break
-    return sorted(_distinct(seen), key=_weight, reverse=True)
+        k = min(rounds, len(LIMITS) - 1)
+        limit = max(LIMITS_PX[k], LIMITS[k] * look.r, SCATTERED * _middle_of(away[clear]))
+        used = weights * np.maximum(1 - (away / limit) ** 2, 0) ** 2
+    u, v = cv2.projectPoints(axis[None, None], STILL, STILL, *look.camera)[0].ravel().tolist()
+    radius = float(look.camera[0][0, 0]) * tan2**0.5
+    stretch = ((tan2 + 1) ** 0.5 / z) ** 1.5  # the ellipse is longer away from the middle of the picture
+    return Cone(u, v, radius * stretch, radius, look, off, weights, gap, axis, normal)
 
 
-def _all_told(copy, seen, offset):
-    """True where balls were found and little else in the picture has their colour."""
-    balls = [thing for thing in seen if thing.score >= BALL]
-    rest = copy.likeness > SURELY
-    for ball in balls:
-        middle = [round((c - o) * copy.scale) for c, o in zip(ball.center, offset, strict=True)]
-        cv2.circle(rest.view(np.uint8), middle, round(1.5 * ball.radius_px * copy.scale) + 1, 0, -1)
-    told = np.pi * max((ball.radius_px * copy.scale for ball in balls), default=0) ** 2
-    return np.count_nonzero(rest) < LITTLE * told
+def _middle_of(sizes):
+    """The median; np.median is slow on few numbers."""
+    return float(np.sort(sizes)[len(sizes) // 2])
 
 
-def _measured(image, circles, color, camera, offset, seen, sift):
-    """What may be a ball among the circles; those that start where one was found already are passed over."""
-    found = []
-    for circle in circles:
-        if not any(_known(circle, thing, offset) for thing in (*seen, *found)):
-            thing = measure(image, circle, color, camera, offset, sift)
-            if thing is not None and thing.score >= WEAK:
-                found.append(thing)
-    return found
+def _best_of_threes(rays, near, r):
+    """Of the cones through three rays, the one that most rays lie on."""
+    a, b, c = rays[TURN % len(rays)].transpose(1, 0, 2)
+    normal = np.cross(b - a, c - a)
+    height = (normal * a).sum(1)
+    axes = normal / np.where(np.abs(height) < 1e-12, 1e9, height)[:, None]  # two of the three may be the same ray
+    tan2 = (axes * axes).sum(1) - 1
+    tan2[~((tan2 > 1e-8) & (tan2 < 1))] = 1e-9
+    on = np.abs(1 - axes @ rays.T) * (r / tan2)[:, None] < near
+    return axes[on.sum(1).argmax()]
 
 
-def _known(circle, thing, offset):
-    """True where a circle starts inside a ball that was found, and is a part of it or the ball is clear."""
-    u, v = thing.center[0] - offset[0], thing.center[1] - offset[1]
-    apart = np.hypot(circle[0] - u, circle[1] - v)
-    if thing.score > CLEAN or (thing.score >= BALL and circle[2] < 1.1 * thing.radius_px):
-        return apart < 0.6 * thing.radius_px
-    return apart + abs(circle[2] - thing.radius_px) < 0.15 * thing.radius_px
-
-
-def _weight(ball):
-    """The score, less for small things: a few pixels look round by chance, a long rim does not."""
-    rim = 2 * np.pi * ball.radius_px * ball.support
-    return ball.score * rim / (rim + 20)
-
-
-def _distinct(balls):
-    """Of round things that overlap, the one with the longest supported rim."""
-    kept = []
-    for ball in sorted(balls, key=lambda b: -b.support * b.radius_px):
-        apart = [np.hypot(ball.center[0] - k.center[0], ball.center[1] - k.center[1]) for k in kept]
-        if all(d > 0.7 * max(ball.radius_px, k.radius_px) for d, k in zip(apart, kept, strict=True)):
-            kept.append(ball)
-    return kept
-
-
-def measure(
-    image: np.ndarray, circle: tuple[float, float, float], color: BallColor, camera: Camera | None = None,
-    offset: tuple[int, int] = (0, 0), sift: bool = False,
-) -> Round | None:  # fmt: skip
-    """Follow the edge of one round thing and judge it: a :class:`Round`, or None.
-
-    First where the *ball's colour* ends, which marbling and shade do not disturb; then, from there,
-    where *any* colour changes most, which is more exact and sees a red ball before a red cloth. With
-    ``sift``, what is hopeless by its colour is not looked at twice.
-    """
-    rough = _follow(image, circle, lambda u, v, r, band: color_edge(image, u, v, r, band, color), 0.06)
-    if sift and rough is not None and judge(image, rough, color).score < HOPELESS:
-        return None
-    start = circle if rough is None else (rough.u, rough.v, rough.radius_px)
-    fine = _follow(
-        image, start, lambda u, v, r, band: edge_points(image, u, v, r, band), 0.05, rough,
-        exact=lambda points, curve, tolerance: _exact(points, curve, camera, offset, tolerance),
-    )  # fmt: skip
-    if fine is not None and rough is not None and not _agree(fine, rough):
-        fine = None
-    curve = fine or rough
-    if curve is None:
-        return None
-    evidence, (u, v) = judge(image, curve, color), curve.center
-    return Round(
-        (u + offset[0], v + offset[1]), curve.ball_radius_px,
-        evidence.support, evidence.fill, evidence.shade, evidence.score,
-    )  # fmt: skip
-
-
-def _follow(image, circle, edge, share, curve=None, exact=None):
-    """Fit a curve to the edge, look again round that curve, until it stays where it is.
-
-    Without ``exact`` the curve is a circle and need not settle finely: it only says where to look.
-    """
-    u, v, radius = circle
-    height, width = image.shape[:2]
-    for step in range(MOST_PASSES):
-        inside = -radius < u < width + radius and -radius < v < height + radius
-        if not (least_radius(width) <= radius <= 0.6 * max(height, width) and inside):
-            return None
-        wide = curve is None
-        points, strong = edge(u, v, radius, max(3.0, 0.45 * radius) if wide else max(2.5, 0.16 * radius))
-        if strong.sum() < max(6, 0.3 * len(points)):
-            return None
-        points, tolerance = points[strong], max(0.6, share * radius)
-        if wide or step == 0:
-            curve = best_circle(points, tolerance)
-        curve = _again(points, curve, tolerance, 3 if step == 0 else 1) if curve is not None else None
-        if curve is not None and exact and (step or not wide):
-            curve = exact(points, curve, tolerance) or curve
-        if curve is None:
-            return None
-        moved = np.hypot(curve.u - u, curve.v - v) + abs(curve.radius_px - radius)
-        u, v, radius = curve.u, curve.v, curve.radius_px
-        if step > 0 and moved < (SETTLED_PX if exact else ROUGHLY_SETTLED_PX):
-            break
-    return curve
-
-
-def _again(points, curve, tolerance, times):
-    """A circle by weighted least squares from a curve that is nearly right; far points count nothing."""
-    for _ in range(times):
-        weights = trust(curve.residuals(points), tolerance)
-        if np.count_nonzero(weights) < 5:
-            return None
-        curve = fit_circle(points, weights)
-    return curve
-
-
-def _exact(points, curve, camera, offset, tolerance):
-    """The cone (with a camera) or the ellipse (without) through the same edge."""
-    weights = trust(curve.residuals(points), tolerance)
-    if (weights > 0).sum() < 8:
-        return None
-    if camera is None:
-        return _whole_ellipse(points, weights)
-    rays = to_rays(points, camera, offset)
-    for _ in range(2):
-        cone = fit_cone(rays, camera, offset, weights)
-        if cone is None or (weights > 0).sum() < 8:
-            return None
-        weights = trust(cone.ray_residuals(rays), tolerance)
-    return cone
-
-
-def _whole_ellipse(points, weights):
-    """An ellipse where most of the rim is seen, else None: a circle is safer."""
-    kept = points[weights > 0.2]
-    if len(kept) < 0.75 * len(points):
-        return None
-    ellipse = fit_ellipse(kept)
-    return ellipse if ellipse is not None and ellipse.aspect < 1 / 0.75 else None
-
-
-def _agree(fine, rough):
-    """True where both edges tell of the same ball."""
-    allowed = 1.0 + 0.12 * rough.radius_px
-    apart = np.hypot(fine.u - rough.u, fine.v - rough.v)
-    return apart < allowed and abs(fine.radius_px - rough.radius_px) < allowed
+def tangent_circle(center_mm: ArrayLike, radius_mm: float, count: int = 60) -> np.ndarray:
+    """Where the rays from the camera touch a ball, its centre in the camera's frame: points, shape (count, 3), mm."""
+    center = np.asarray(center_mm, float)
+    distance = np.linalg.norm(center)
+    near = 1 - (radius_mm / distance) ** 2
+    across = np.linalg.svd(center[None] / distance)[2][1:]
+    angle = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    return near * center + radius_mm * np.sqrt(near) * np.column_stack([np.cos(angle), np.sin(angle)]) @ across

@@ -1,16 +1,36 @@
-"""One ball in one picture, by either way."""
+"""One ball of one colour in one picture: candidates, their outline, the judge, the ball or none."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import numpy as np
 
-from stereo_lab.detection import cone
+from stereo_lab.detection import candidates as where
 from stereo_lab.detection.color import BallColor
-from stereo_lab.detection.model import Camera, Detection, check_image
+from stereo_lab.detection.cone import fit_cone
+from stereo_lab.detection.judge import Thing, judge, ranking, sureness
+from stereo_lab.detection.model import Camera, Detection, check_image, usual_camera
+from stereo_lab.detection.outline import Look
 from stereo_lab.detection.paper import detect_paper
 from stereo_lab.errors import StereoLabError
 
-SAME_SIZE = 0.25  # a ball's radius may change by this part from one frame to the next
+BALL = 0.5  # probability from which a thing is called the ball
+SURE, TRIED = 0.9, 0.8  # nothing else is looked for; no votes are counted
+LEAST_PX, LEAST_OF_WIDTH, MOST_OF_WIDTH = 3.0, 0.007, 0.6  # radii worth looking for
+GLANCE_STEP, LONG_STEP = 1.5, 2.2  # not every pixel is looked at: so many in the least radius
+GLANCES, BEST_VOTED = 6, 8  # patches that get a first look; circles with the most votes, whatever colour is round them
+SAME_SIZE, SAME_STEP = 0.2, 0.5  # a patch that stands alone tells its radius to this part and half a step of the glance
+WIDE, NARROW, SMEARED = 0.45, 0.3, 0.75  # how far from the outline a look reaches, in radii
+STEADY, MOVED = 0.75, 0.3  # less of the rim on the cone: a wider look follows; so many radii from the circle: another
+LARGE_PX, FINE_PX = 40, 8  # on a larger ball places lie too far apart: one more look, so many px to both sides
+
+# Where the ball is expected and so much of the rim is on the cone, the probability of before fades a little; below ASKED
+# the evidence is asked for again, and a part of the belief of before is kept:
+CERTAIN, FADES, ASKED, KEPT, MOST_BELIEF = 0.8, 0.97, 0.8, 0.5, 0.99
+REACHES, FINE_STEPS = (3, 7), 4  # radii that a ball may move from picture to picture; every r/4-th pixel is looked at
+SHRUNK, GROWN, RESIZED, RESIZED_PX = 0.6, 1.5, 0.25, 1  # its patch may change so much, its cone less
 
 
 class BallDetector:
@@ -21,55 +41,154 @@ class BallDetector:
     color : BallColor, or the name of one
     method : "paper" or "cone"
     camera : (matrix 3x3, distortion), optional
-        Intrinsics of the camera that took the pictures, for an exact cone; without them an ellipse
-        is fitted.
+        Intrinsics of the camera that took the pictures, for an exact cone; without them a usual webcam's.
+    best_guess : bool
+        For those who know that a ball is there: the most probable thing is given, however improbable.
     """
 
-    def __init__(self, color: BallColor | str, method: str = "cone", camera: Camera | None = None) -> None:
+    def __init__(
+        self, color: BallColor | str, method: str = "cone", camera: Camera | None = None, best_guess: bool = False
+    ) -> None:
         if method not in ("paper", "cone"):
             raise StereoLabError(f'There is no method {method!r}. Choose "paper" or "cone".')
         self.color = BallColor.named(color) if isinstance(color, str) else color
-        self.method = method
-        self.camera = camera
+        self.method, self.camera, self.best_guess = method, camera, best_guess
 
     def detect(self, image: np.ndarray, near: Detection | None = None) -> Detection | None:
         """The ball, or None where there is none.
 
-        Parameters
-        ----------
-        image : ndarray, shape (height, width, 3), BGR, uint8
-        near : Detection, optional; where to look first (the ball in the frame before)
-
-        Returns
-        -------
-        Detection or None
+        ``image``: ndarray, shape (height, width, 3), BGR, uint8. ``near``: where the ball is expected and looked for first.
         """
         image = check_image(image)
         if self.method == "paper":
             return detect_paper(image, self.color)
-        if near is not None:
-            found = self._look_near(image, near)
-            if found is not None:
-                return found
-        return _best(self.candidates(image))
+        followed = None if near is None else self._follow(image, near)
+        if followed is not None:
+            return followed
+        best = next(iter(self.candidates(image, 1)), None)
+        return best if best is not None and (best.score >= BALL or self.best_guess) else None
+
+    def detect_all(self, image: np.ndarray) -> list[Detection]:
+        """Every ball of the colour, each judged as if it were the only one; best first."""
+        alone = [(ball, _probability(logit)) for ball, logit in self.weighed(image, most=100, everything=True)]
+        return [replace(ball, score=p) for ball, p in alone if p >= BALL]
 
     def candidates(self, image: np.ndarray, most: int = 4) -> list[Detection]:
-        """What may be the ball, best first (cone method); a score below ``cone.BALL`` is not enough alone."""
-        rounds = cone.find_balls(check_image(image), self.color, self.camera)
-        return [Detection(*r.center, r.radius_px, r.score) for r in rounds[:most]]
+        """What may be the ball, best first, each with the probability that it, and not another thing or none, is it."""
+        return [ball for ball, _ in self.weighed(image, most)]
 
-    def _look_near(self, image, near):
-        """Look in a window round the ball's last place; less evidence is enough there for one of the same size."""
-        height, width = image.shape[:2]
-        reach = int(4 * near.radius_px + 12)
-        x0, y0 = max(0, int(near.u) - reach), max(0, int(near.v) - reach)
-        window = image[y0 : min(height, int(near.v) + reach), x0 : min(width, int(near.u) + reach)]
-        if min(window.shape[:2], default=0) < 8:
+    def weighed(self, image: np.ndarray, most: int = 8, everything: bool = False) -> list[tuple[Detection, float]]:
+        """The same with the logarithm of each one's odds against none, for who has more evidence to add."""
+        ranked = ranking(self.things(check_image(image), everything))[:most]
+        return [(_detection(thing.cone, p), thing.logit) for thing, p in ranked]
+
+    def things(self, image: np.ndarray, everything: bool = False) -> list[Thing]:
+        """Glance at the largest patches; look longer at patches of several levels; vote last."""
+        least = max(LEAST_PX, LEAST_OF_WIDTH * image.shape[1])
+        step = max(1, round(least / GLANCE_STEP))
+        like = self.color.likeness(where.smaller(image, step))
+        colored = max(1, np.count_nonzero(like > where.SURELY)) * step * step
+        seen: list[Thing] = []
+        for u, v, r in where.patches(like, where.SURELY, least / step)[:GLANCES]:
+            cone = self._quick(image, (u * step, v * step, r * step), "ball")
+            if cone is not None and abs(cone.outline_px - r * step) <= (SAME_SIZE * r + SAME_STEP) * step:
+                seen.append(judge(cone, colored))
+                if sureness(seen) >= SURE and not everything:
+                    return seen
+        step = max(1, round(least / LONG_STEP))
+        small = where.smaller(image, step)
+        like = self.color.likeness(small)
+        places = [place for level in where.LEVELS for place in where.patches(like, level, least / step)]
+        seen += self._look_at(image, step, where.promising(like, places), colored)
+        if everything or sureness(seen) < TRIED:
+            circles = list(where.voted(like, small, least / step))
+            best = circles[:BEST_VOTED] + where.promising(like, circles[BEST_VOTED:])
+            seen += self._look_at(image, step, best, colored)
+        return seen
+
+    def _look_at(self, image, step, places, colored):
+        """A long look at some places."""
+        found: list[Thing] = []
+        for place in places:
+            circle = tuple(step * p for p in place)
+            if all(_apart(circle, t.cone.circle) >= 0.1 * t.cone.outline_px for t in found):
+                cone = self._measure(image, circle)
+                found += [] if cone is None else [judge(cone, colored)]
+        return found
+
+    def _follow(self, image, near):
+        """Of the patches round a prediction the nearest of the right size; then its edge."""
+        r = near.radius_px
+        places = (self._patch_near(image, near, reach * r + 8) for reach in REACHES)
+        place = next((found for found in places if found is not None), None)
+        cone = None if place is None else self._quick(image, (*place[:2], r), "light")
+        if cone is None or abs(cone.radius_px - r) > RESIZED * r + RESIZED_PX:
             return None
-        rounds = cone.find_balls(window, self.color, self.camera, offset=(x0, y0), enough=cone.WEAK)
-        same = [r for r in rounds if abs(r.radius_px - near.radius_px) < SAME_SIZE * near.radius_px + 1]
-        return Detection(*same[0].center, same[0].radius_px, same[0].score) if same else None
+        if cone.on >= CERTAIN and near.score * FADES > ASKED:
+            return _detection(cone, near.score * FADES)
+        belief = min(MOST_BELIEF, max(1 - MOST_BELIEF, near.score))
+        logit = KEPT * math.log(belief / (1 - belief)) + (1 - KEPT) * judge(cone, np.pi * place[2] ** 2).logit
+        return None if logit < 0 else _detection(cone, _probability(logit))
+
+    def _patch_near(self, image, near, reach):
+        """The patch of the right size nearest to a prediction."""
+        r, step = near.radius_px, max(1, round(near.radius_px / FINE_STEPS))
+        left, top = max(0, int(near.u - reach)), max(0, int(near.v - reach))
+        window = image[top : max(0, int(near.v + reach)), left : max(0, int(near.u + reach))]
+        if min(window.shape[:2]) < 8:
+            return None
+        patches = where.patches(self.color.likeness(where.smaller(window, step)), where.SURELY, 0)
+        places = [(left + u * step, top + v * step, size * step) for u, v, size in patches]
+        right = [place for place in places if SHRUNK * r < place[2] < GROWN * r]
+        return min(right, key=lambda place: math.hypot(place[0] - near.u, place[1] - near.v), default=None)
+
+    def _quick(self, image, circle, edge):
+        """One look; wider ones where much of the rim is off the cone, as on a smeared ball; another if it moved far."""
+        cone = self._settle(image, circle, (NARROW,), edge)
+        if cone is None:
+            return None
+        if cone.on < STEADY:
+            wider = self._settle(image, cone.circle, (SMEARED, SMEARED), "ball")
+            return wider if wider is not None and wider.on > cone.on else cone
+        moved = _apart(cone.circle, circle)
+        return cone if moved < MOVED * cone.outline_px else self._settle(image, cone.circle, (NARROW,), edge) or cone
+
+    def _measure(self, image, circle):
+        """A long look: where the colour ends, which marbling and shade do not disturb; from there, the light's edge."""
+        rough = self._settle(image, circle, (WIDE, NARROW), "color")
+        cone = self._settle(image, circle if rough is None else rough.circle, (NARROW, NARROW), "ball")
+        if rough is None or cone is None:
+            return cone or rough
+        return rough if _apart(cone.circle, rough.circle) > 1 + 0.25 * rough.outline_px else cone
+
+    def _settle(self, image, circle, shares, edge):
+        """Look round a circle, fit the cone, look round that, and so on."""
+        height, width = image.shape[:2]
+        camera = usual_camera(image.shape) if self.camera is None else self.camera
+        least, cone = max(LEAST_PX, LEAST_OF_WIDTH * width), None
+        for share in shares:
+            u, v, r = circle
+            if not (-r < u < width + r and -r < v < height + r and least <= r <= MOST_OF_WIDTH * width):
+                return None
+            look = Look(image, self.color, camera, circle, share)
+            cone = fit_cone(look, getattr(look, f"{edge}_edge"))
+            if cone is None:
+                return None
+            circle = cone.circle
+        if cone.outline_px > LARGE_PX and shares[-1] * cone.outline_px > FINE_PX:
+            return self._settle(image, circle, (0.99 * FINE_PX / cone.outline_px,), edge) or cone
+        return cone
 
 
-def _best(candidates):
-    return next((c for c in candidates if c.score >= cone.BALL), None)
+def _apart(circle, other):
+    """How far a circle and another one differ, in place and size, px."""
+    return math.hypot(circle[0] - other[0], circle[1] - other[1]) + abs(circle[2] - other[2])
+
+
+def _detection(cone, probability):
+    return Detection(cone.u, cone.v, cone.radius_px, float(probability), *cone.sigmas_px)
+
+
+def _probability(logit):
+    """Of one thing against none."""
+    return 1 / (1 + math.exp(-logit))

@@ -8,22 +8,14 @@ import cv2
 import numpy as np
 
 from stereo_lab.common.threads import one_thread
+from stereo_lab.detection.model import Circle
 
 LEAST_SLOPE = 60.0  # of the brightness, per px: weaker slopes are no edge
+MISS_PX, MISS = 1.5, 0.1  # px, or of the radius: a vote that misses the centre by so little is one for it
 
 
 def edges(grey: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Edge pixels and the direction in which it gets brighter there.
-
-    Parameters
-    ----------
-    grey : ndarray, shape (height, width), uint8; the blurred mask
-
-    Returns
-    -------
-    points_Nx2 : (u, v) of the edge pixels
-    directions_Nx2 : unit vectors towards the bright side
-    """
+    """Edge pixels (u, v) of a blurred mask, shape (N, 2), and unit vectors towards the bright side, shape (N, 2)."""
     du, dv = cv2.Sobel(grey, cv2.CV_32F, 1, 0), cv2.Sobel(grey, cv2.CV_32F, 0, 1)
     length = np.hypot(du, dv)
     v, u = np.nonzero(length > LEAST_SLOPE)
@@ -34,32 +26,19 @@ def edges(grey: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def vote(points_Nx2: np.ndarray, directions_Nx2: np.ndarray, radius_px: float, shape: tuple[int, ...]) -> np.ndarray:
     """Every edge pixel gives one vote: to the place one radius away, on the bright side.
 
-    Parameters
-    ----------
-    points_Nx2, directions_Nx2 : from :func:`edges`
-    radius_px : float
-    shape : (height, width) of the picture
-
     Returns
     -------
-    ndarray of int, shape (height, width): votes for a centre there
+    ndarray of int, of the picture's ``shape`` (height, width): votes for a centre there
     """
     places = np.rint(points_Nx2 + radius_px * directions_Nx2).astype(int)
-    inside = ((places >= 0) & (places < [shape[1], shape[0]])).all(1)
-    votes = np.zeros(shape, int)
-    np.add.at(votes, (places[inside, 1], places[inside, 0]), 1)
-    return votes
+    u, v = places[((places >= 0) & (places < [shape[1], shape[0]])).all(1)].T
+    return np.bincount(v * shape[1] + u, minlength=shape[0] * shape[1]).reshape(shape)
 
 
-def hough_circle(
-    grey: np.ndarray, radii_px: Sequence[float] | np.ndarray
-) -> tuple[tuple[float, float, float], np.ndarray]:
+def hough_circle(grey: np.ndarray, radii_px: Sequence[float] | np.ndarray) -> tuple[Circle, np.ndarray]:
     """The circle with the most votes for each pixel of its rim: (u, v, radius) and the accumulator.
 
-    Returns
-    -------
-    circle : (u, v, radius_px)
-    accumulator : ndarray, shape (len(radii_px), height, width): the three dimensions of the transform
+    The accumulator, shape (len(radii_px), height, width), has the three dimensions of the transform.
     """
     points, directions = edges(grey)
     layers = [vote(points, directions, radius, grey.shape) for radius in radii_px]
@@ -69,20 +48,25 @@ def hough_circle(
     return (float(u), float(v), float(radii_px[k])), np.array(layers)
 
 
-def library_circle(grey: np.ndarray, least_px: int, largest_px: int) -> tuple[float, float, float] | None:
+def library_circle(grey: np.ndarray, least_px: int, largest_px: int) -> Circle | None:
     """The same by ``cv2.HoughCircles``: (u, v, radius) of the circle with the most votes, or None."""
     with one_thread():
         found = cv2.HoughCircles(
-            grey,
-            cv2.HOUGH_GRADIENT,
-            1,
-            max(grey.shape),
-            param1=200,
-            param2=10,
-            minRadius=least_px,
-            maxRadius=largest_px,
-        )
+            grey, cv2.HOUGH_GRADIENT, 1, max(grey.shape), param1=200, param2=10, minRadius=least_px, maxRadius=largest_px
+        )  # fmt: skip
     if found is None:
         return None
     u, v, radius = (float(x) for x in found.reshape(-1, found.shape[-1])[0, :3])
     return u, v, radius
+
+
+def rim_share(grey: np.ndarray, circle: Circle) -> float:
+    """The part of a circle's rim, 0…1, from which a vote for its centre comes."""
+    u, v, radius = circle
+    left, top = max(0, int(u - radius - 3)), max(0, int(v - radius - 3))
+    points, directions = edges(grey[top : int(v + radius + 4), left : int(u + radius + 4)])
+    outward = points - (u - left, v - top)
+    miss = np.hypot(*(outward + radius * directions).T)
+    away = outward[miss < max(MISS_PX, MISS * radius)]
+    length = max(1, round(2 * np.pi * radius))  # of the rim, px
+    return len(np.unique(np.floor(np.arctan2(away[:, 1], away[:, 0]) / (2 * np.pi) * length))) / length

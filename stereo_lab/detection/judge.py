@@ -1,144 +1,137 @@
-"""Is a round thing a ball? What its inside, its rim and what lies beyond say of it."""
+"""The judge: how probable it is that a thing is the ball. Plain evidence, weighed; nothing has a veto.
+
+One thing in the picture is the ball, or none is: a conditional logit with "none" among the choices. Each piece of evidence
+has a weight, and each two of them have one together: no shade speaks against a ball, but less so where its edge is clear.
+The weights in ``weights.json`` come from ``data/train``.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cache
+import json
+from pathlib import Path
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 
-from stereo_lab.detection.color import BallColor
-from stereo_lab.detection.curves import Circle, Cone, Ellipse
-from stereo_lab.detection.edges import color_edge, directions, edge_points
+from stereo_lab.detection.cone import Cone
+from stereo_lab.detection.outline import ANGLE, RAYS, RING, SAMPLES
 
-# When is a round thing a ball? The evidence is the part of its rim that agrees, less what speaks against
-# it; a ball has BALL or more. Weaker ones count where a second camera sees the same ball.
-BALL, WEAK = 0.5, 0.35
-LEAST_EVIDENCE = 0.32  # for a long rim
-CHANCE = 1.2  # a rim of n px must have CHANCE / √n more: few pixels look round by chance
-LEAST_FILL = 0.5  # part of the inside that has the ball's colour
-MOST_LOBES = 0.055  # of the radius: how much the outline swells in two, three or four places, as an egg or a box does
-LEAST_SHADE = 0.12  # a ball is lighter on one side; a printed disc is flat
+PERHAPS = 60  # likeness, of 255: may be the ball's colour
+OUTSIDE = 110  # mean likeness of a ray beyond the rim: the ball's colour goes on there
+ENDS_PX, ENDS = 0.8, 0.08  # px, or of the radius: so near to the cone the colour ends on it
+RIM_PX, RIM = 1.2, 0.06  # so far to both sides of the cone is neither inside nor outside
+MOST = 2.5  # spreads off its mean that a piece of evidence may count
+SAME = 0.5  # of the radius: things nearer than this are one
+LIGHT_LOBES, COLOR_LOBES = 0.2, 0.3  # radii: an edge farther off the rim is another thing's
+FEW_RAYS, USUAL_LOBES = 12, 0.06  # too few clear rays tell no lobes
 
-_ANGLE, _PART = np.meshgrid(np.arange(24) * np.pi / 12, np.sqrt((np.arange(8) + 0.5) / 8) * 0.85)
-INSIDE = _PART * np.cos(_ANGLE), _PART * np.sin(_ANGLE)  # places inside a ball, evenly spread, in radii
+WEIGHTS = json.loads((Path(__file__).parent / "weights.json").read_text(encoding="utf-8"))
+EVIDENCE = tuple(WEIGHTS["evidence"])
+TABLE = np.array(list(WEIGHTS["evidence"].values()))
+(MEAN, SPREAD, WEIGHT), TOGETHER = TABLE[:, :3].T, TABLE[:, 3:]
 
-
-@dataclass(frozen=True)
-class Evidence:
-    """What speaks for a ball; the attributes are those of :class:`stereo_lab.detection.cone.Round`."""
-
-    support: float
-    fill: float
-    shade: float
-    score: float
+PARTS = np.sqrt((np.arange(6) + 0.5) / 6) * 0.85
+DISC = (RING[::3, 0, :, None] * PARTS).transpose(1, 0, 2).reshape(2, -1).astype(np.float32)  # places inside, in radii
+DISC_SPREAD = float((DISC[0] ** 2).mean())
+EACH = np.ones(SAMPLES, np.float32)
+WAVES = np.column_stack([wave(crests * ANGLE) for crests in (2, 3, 4) for wave in (np.cos, np.sin)])
 
 
-def judge(image: np.ndarray, curve: Circle | Ellipse | Cone, color: BallColor) -> Evidence:
-    """The evidence on what lies inside and round a curve of the picture."""
-    fill, shade = _inside(image, curve.u, curve.v, curve.radius_px, color)
-    if fill < LEAST_FILL or shade < LEAST_SHADE:  # no ball: its rim need not be looked at
-        return Evidence(0.0, fill, shade, 0.0)
-    rim = _rim(image, curve, color)
-    return Evidence(rim.support, fill, shade, _score(rim, 2 * np.pi * curve.radius_px))
+class Thing(NamedTuple):
+    """Something that may be the ball: its cone, the evidence, and the weighed sum of it."""
+
+    cone: Cone
+    evidence: np.ndarray
+    logit: float
 
 
-@dataclass(frozen=True)
-class Rim:
-    """How the rim agrees with the curve, as parts of all rays.
+def judge(cone: Cone, colored_px: float) -> Thing:
+    """The thing, its evidence taken and weighed; ``colored_px``: pixels of the ball's colour in the whole picture."""
+    evidence = evidence_of(cone, colored_px)
+    return Thing(cone, evidence, weigh(evidence))
 
-    Attributes
-    ----------
-    support : rays with one of the two edges on the curve
-    overflow : rays on which the ball's colour goes on beyond the curve with no edge there: no ball does
-    ragged : rays without support outside the longest gap: one thing before a ball hides one arc of it
-    seen : rays whose rim is in the picture
-    lobes : how much the outline swells in two, three or four places, in radii
+
+def weigh(evidence: np.ndarray) -> float:
+    """The logarithm of the odds of a thing against none: each piece of evidence and each two, weighed."""
+    z = np.minimum(np.maximum((evidence - MEAN) / SPREAD, -MOST), MOST)
+    return float(WEIGHTS["constant"] + z @ (WEIGHT + TOGETHER @ z))
+
+
+def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
+    """What speaks for a ball, in the order of EVIDENCE.
+
+    Contrast of likeness between inside and outside, and likeness just within the rim. Of all rays: those with a light edge
+    on the cone (rim), those where the colour ends there (ends), those where it goes on without an edge (overflow), those in
+    the picture (seen). Lobes: how much the outline swells in two to four places, as an egg's or a box's does, by the light
+    and by the colour; astray: how far from the rim the colour ends on average. Shade: how
+    much lighter one side is; a printed disc is even, but so is a ball in even light. Unique: the part of all pixels of this colour that it has. Size is no evidence: how
+    large a ball looks tells of the camera that took the pictures.
     """
-
-    support: float
-    overflow: float
-    ragged: float
-    seen: float
-    lobes: float
-
-
-def _rim(image, curve, color):
-    u, v, radius = curve.u, curve.v, curve.radius_px
-    band = max(2.5, 0.16 * radius)
-    sharp, clear = edge_points(image, u, v, radius, band)
-    ends, ending = color_edge(image, u, v, radius, band, color)
-    on_curve = clear & (np.abs(curve.residuals(sharp)) < max(0.5, 0.04 * radius))
-    on_curve |= ending & (np.abs(curve.residuals(ends)) < max(0.8, 0.06 * radius))
-    beyond, seen = _beyond(image, u, v, radius, len(on_curve), color)
-    ragged = (~on_curve).sum() - _longest_gap(~on_curve)
-    lobes = _lobes(image, curve, edge_points)
-    if lobes > MOST_LOBES:  # one round outline is enough
-        lobes = min(lobes, _lobes(image, curve, lambda *ring: color_edge(*ring, color)))
-    return Rim(float(on_curve.mean()), float((beyond & ~on_curve).mean()), float(ragged / len(on_curve)), seen, lobes)
-
-
-@cache
-def _waves(count):
-    """A constant, and the waves with 2, 3 and 4 crests all round, at so many rays: shape (count, 7)."""
-    angle = np.arange(count) * 2 * np.pi / count
-    return np.stack([np.ones_like(angle)] + [wave(n * angle) for n in (2, 3, 4) for wave in (np.cos, np.sin)], 1)
-
-
-def _lobes(image, curve, edge):
-    """Root mean square of the waves with 2, 3 and 4 crests in the outline's distance from the curve, in radii.
-
-    A ball's outline has none. Rays without an edge near the curve do not count.
-    """
-    radius = curve.radius_px
-    points, strong = edge(image, curve.u, curve.v, radius, max(3.0, 0.3 * radius))
-    off = curve.residuals(points)
-    near = strong & (np.abs(off) < 0.5 + 0.2 * radius)
-    if near.sum() < 12:
-        return 0.0
-    waves = _waves(len(points))[near]
-    heights = np.linalg.solve(waves.T @ waves + 0.5 * np.eye(7), waves.T @ off[near])
-    return float(np.sqrt(((waves[:, 1:] @ heights[1:]) ** 2).mean()) / radius)
+    look, r = cone.look, cone.outline_px
+    (light_off, light_weight), (color_off, color_weight) = look.ball_edge, look.color_edge
+    rim = cone.off - cone.gap  # how far beyond the look's circle the cone lies on each ray
+    light_gaps, light_clear = light_off - rim, light_weight > 0
+    color_gaps, color_clear = color_off - rim, color_weight > 0
+    astray = np.abs(color_gaps)
+    on = light_clear & (np.abs(light_gaps) < max(0.5, 0.04 * r))
+    ends = color_clear & (astray < max(ENDS_PX, ENDS * r))
+    beyond = (look.off - rim[:, None]).astype(np.float32)
+    margin = max(RIM * r, RIM_PX)
+    outer, inner = (beyond > margin).astype(np.float32), (beyond < -margin).astype(np.float32)
+    outside = (look.like * outer) @ EACH / (outer @ EACH + 1e-3)
+    within = np.vdot(look.like, inner) / (inner.sum() + 1e-3)
+    seen = max(1.0, float(np.count_nonzero(look.seen)))
+    fill, shade = _inside(cone)
+    return np.array([
+        (within - outside @ look.seen / seen) / 255,
+        np.count_nonzero(on) / seen,
+        np.count_nonzero(ends) / seen,
+        np.count_nonzero(~(on | ends) & (outside > OUTSIDE)) / RAYS,
+        np.log(_lobes(light_gaps, light_clear, LIGHT_LOBES, r) + 0.01),
+        np.log(_lobes(color_gaps, color_clear, COLOR_LOBES, r) + 0.01),
+        np.log(astray @ color_clear / (r * np.maximum(1, np.count_nonzero(color_clear))) + 0.01),
+        np.log(shade + 0.02),
+        min(1.2, fill * np.pi * r * r / max(1.0, colored_px)),
+        seen / RAYS,
+        within / 255,
+    ])  # fmt: skip
 
 
-def _beyond(image, u, v, radius, count, color):
-    """For each ray, whether the ball's colour is found just outside the rim; and the part of rays in the picture."""
-    ray = directions(count)
-    radii = radius + max(1.5, 0.08 * radius) + np.array([0.0, 0.5, 1.0]) * max(1.0, 0.05 * radius)
-    x = (u + ray[:, :1] * radii).astype(np.float32)
-    y = (v + ray[:, 1:] * radii).astype(np.float32)
-    colors = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    seen = (x[:, 0] > 0) & (x[:, 0] < image.shape[1] - 1) & (y[:, 0] > 0) & (y[:, 0] < image.shape[0] - 1)
-    return color.likeness(colors).mean(1) > 110, float(seen.mean())
+def _inside(cone):
+    """Part of the inside that has the ball's colour, and how much its brightness changes across it."""
+    look, r = cone.look, np.float32(cone.outline_px)
+    x, y = DISC[0] * r + np.float32(cone.u - look.left), DISC[1] * r + np.float32(cone.v - look.top)
+    colors = cv2.remap(look.patch, x, y, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
+    ours = look.color.likeness(colors).ravel() > PERHAPS
+    count = max(1, np.count_nonzero(ours))
+    bright = colors.max(2).ravel() * ours
+    mean = max(1.0, bright.sum() / count)
+    slope = DISC @ (bright - mean * ours).astype(np.float32) / (count * DISC_SPREAD * mean)
+    return np.count_nonzero(ours) / len(ours), 1.7 * float(np.sqrt(slope @ slope))
 
 
-def _longest_gap(missing):
-    """Length of the longest run of True in a ring."""
-    if missing.all():
-        return len(missing)
-    ring = np.roll(missing, -int(np.argmin(missing)))
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], ring.astype(int), [0]])))
-    return int((edges[1::2] - edges[::2]).max(initial=0))
+def _lobes(gaps, clear, most, r):
+    """Size of the outline's waves with two, three and four crests, in radii: the first terms of a Fourier series."""
+    near = clear & (np.abs(gaps) < 0.5 + most * r)
+    count = np.count_nonzero(near)
+    if count < FEW_RAYS:
+        return USUAL_LOBES
+    heights = ((gaps - gaps[near].mean()) * near) @ WAVES
+    return np.sqrt(2 * heights @ heights) / (count * r)
 
 
-def _score(rim, rim_px):
-    """BALL where there is just enough evidence, up to 1 with more, 0 where it cannot be a ball."""
-    if rim.seen < 0.5 or rim.lobes > MOST_LOBES:
-        return 0.0
-    evidence = rim.support - 1.5 * rim.overflow - 0.25 * rim.ragged
-    return float(np.clip(BALL + evidence - LEAST_EVIDENCE - CHANCE / np.sqrt(rim_px), 0, 1))
+def ranking(things: list[Thing]) -> list[tuple[Thing, float]]:
+    """Each distinct thing with the probability that it, and not another thing or none, is the ball; best first."""
+    distinct: list[Thing] = []
+    for thing in sorted(things, key=lambda t: -t.logit):  # two looks at one thing tell less than looks at two
+        u, v, r = thing.cone.circle
+        if all(np.hypot(u - o.cone.u, v - o.cone.v) >= SAME * max(r, o.cone.outline_px) for o in distinct):
+            distinct.append(thing)
+    odds = np.exp([t.logit for t in distinct])
+    return [(t, float(p)) for t, p in zip(distinct, odds / (1 + odds.sum()), strict=True)]
 
 
-def _inside(image, u, v, radius, color):
-    """Part of the inside with the ball's colour, and how much its brightness changes across it."""
-    x, y = (u + radius * INSIDE[0]).astype(np.float32), (v + radius * INSIDE[1]).astype(np.float32)
-    colors = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    ball_like = color.likeness(colors) > 60
-    if ball_like.sum() < 8:
-        return float(ball_like.mean()), 0.0
-    bright = colors.max(-1).astype(float)[ball_like]
-    terms = np.stack([np.ones_like(bright), (x - u)[ball_like] / radius, (y - v)[ball_like] / radius], 1)
-    slope = np.linalg.lstsq(terms, bright, rcond=None)[0]
-    shade = 2 * 0.85 * np.hypot(slope[1], slope[2]) / max(slope[0], 1.0)
-    return float(ball_like.mean()), float(shade)
+def sureness(things: list[Thing]) -> float:
+    """The probability of the best of some things."""
+    return max((p for _, p in ranking(things)), default=0.0)

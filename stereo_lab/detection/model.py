@@ -9,6 +9,8 @@ import numpy as np
 from stereo_lab.errors import StereoLabError
 
 Camera = tuple[np.ndarray, np.ndarray]  # matrix (3, 3), and distortion as OpenCV orders it
+Circle = tuple[float, float, float]  # (u, v, radius), px
+USUAL_FOCAL = 1.0  # in picture widths: most webcams, where no camera is told
 
 
 @dataclass(frozen=True)
@@ -18,13 +20,17 @@ class Detection:
     Attributes
     ----------
     u, v, radius_px : float, its centre and radius in pixels of that picture
-    score : float, 0…1, how sure it is a ball
+    score : float, 0…1: the probability that it is the ball; by the paper's way, which has none, its share of votes
+    sigma_px, sigma_radius_px : float, standard deviations of each coordinate of the centre and of the radius;
+        None by the paper's way
     """
 
     u: float
     v: float
     radius_px: float
     score: float
+    sigma_px: float | None = None
+    sigma_radius_px: float | None = None
 
     @property
     def center_px(self) -> tuple[float, float]:
@@ -35,8 +41,14 @@ class Detection:
 def check_image(image: np.ndarray) -> np.ndarray:
     """A BGR uint8 picture, or a plain error."""
     image = np.asarray(image)
-    if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
-        raise StereoLabError(
-            f"Expected a colour picture of shape (height, width, 3) and type uint8; got {image.shape} and {image.dtype}."
-        )
+    if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8 or 0 in image.shape:
+        got = f"got {image.shape} and {image.dtype}"
+        raise StereoLabError(f"Expected a colour picture of shape (height, width, 3) and type uint8; {got}.")
     return image
+
+
+def usual_camera(shape: tuple[int, ...]) -> Camera:
+    """A camera as wide as most webcams, for pictures of this shape, where no camera is told."""
+    height, width = shape[:2]
+    focal = USUAL_FOCAL * width
+    return np.array([[focal, 0, width / 2 - 0.5], [0, focal, height / 2 - 0.5], [0, 0, 1.0]]), np.zeros(5)

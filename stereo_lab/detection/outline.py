@@ -1,0 +1,103 @@
+"""The outline: one look at a picture along rays across a circle, and where on each ray the ball ends.
+
+Everything that is asked of a thing in the picture, its edge and the evidence for a ball, is read from such a look.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import cv2
+import numpy as np
+
+from stereo_lab.detection.color import BallColor
+from stereo_lab.detection.model import Camera, Circle
+
+RAYS, SAMPLES = 48, 21  # rays across the outline, places on each
+LEAST_BAND_PX = 13  # a ball of fewer px has a rim as blurred as one of 13
+BLUR_PX = 0.5  # evens out the pixels' grid
+CLEAR, HALF = 100, 200  # squared change of light across the rim: from here it is an edge, and here it counts half
+COLOR_ENDS = 76  # of 255: so much less ball-like outside than inside
+GATE, FLOOR = 2.5, 0.05  # how soon a place where the ball's colour ends counts fully, and the least that a place counts
+
+LIGHT = (255 * (np.arange(256) / 255.0) ** 2.2).astype(np.float32)  # a lens's blur mixes light, not stored values
+LUMA = np.array([[0.114, 0.587, 0.299]], np.float32)
+CHROMA = np.arange(-128, 128).astype(np.float32) * 0.3  # JPEG's blur mixes stored colours, and widely: they count less
+ANGLE = np.arange(RAYS) * (2 * np.pi / RAYS)
+RING = np.stack([np.cos(ANGLE), np.sin(ANGLE)], 1)[:, None]
+COS, SIN = RING[..., 0].astype(np.float32), RING[..., 1].astype(np.float32)
+SPAN = np.linspace(-1, 1, SAMPLES, dtype=np.float32)
+END = SAMPLES // 4
+ENDS = np.repeat([1.0 / END, 0, -1.0 / END], [END, SAMPLES - 2 * END, END]).astype(np.float32)  # inner end less outer
+COUNT = np.arange(SAMPLES).clip(1).astype(np.float32)
+BEFORE = np.triu(np.ones((SAMPLES, SAMPLES), np.float32), 1) / COUNT  # mean of all places before each
+AFTER = np.tril(np.ones((SAMPLES, SAMPLES), np.float32), -1) / COUNT[::-1]
+
+
+class Look:
+    """The picture along rays from a centre, across a circle; they reach ``share`` radii to both sides of it.
+
+    ``off``, shape (SAMPLES,): how far beyond the circle each place of a ray lies, px. ``seen``, shape (RAYS,): whether a
+    ray crosses the circle inside the picture.
+    """
+
+    def __init__(self, image: np.ndarray, color: BallColor, camera: Camera, circle: Circle, share: float) -> None:
+        self.color, self.camera = color, camera
+        self.u, self.v, self.r = u, v, r = circle
+        band = share * max(r, LEAST_BAND_PX)
+        reach = r + band + 2
+        self.left, self.top = max(0, int(u - reach)), max(0, int(v - reach))
+        whole = image[self.top : int(v + reach) + 2, self.left : int(u + reach) + 2]
+        self.patch = cv2.GaussianBlur(whole, (3, 3), BLUR_PX)
+        self.off = np.float32(band) * SPAN
+        radii = np.float32(r) + self.off
+        self.x, self.y = COS * radii + np.float32(u - self.left), SIN * radii + np.float32(v - self.top)
+        x, y = self.x[:, SAMPLES // 2], self.y[:, SAMPLES // 2]
+        self.seen = (x > 0.5) & (y > 0.5) & (x < self.patch.shape[1] - 1.5) & (y < self.patch.shape[0] - 1.5)
+
+    def sampled(self, picture: np.ndarray) -> np.ndarray:
+        """The picture at every place of every ray, shape (RAYS, SAMPLES, 3)."""
+        return cv2.remap(picture, self.x, self.y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+
+    @cached_property
+    def like(self) -> np.ndarray:
+        """How ball-like each place is, 0…255, shape (RAYS, SAMPLES)."""
+        return self.color.likeness(self.sampled(self.patch)).astype(np.float32)
+
+    @cached_property
+    def light_edge(self) -> tuple[np.ndarray, np.ndarray]:
+        """On each ray how far beyond the circle the light changes most; and a weight, 0 where it is not clear."""
+        return self._edge(1)
+
+    @cached_property
+    def ball_edge(self) -> tuple[np.ndarray, np.ndarray]:
+        """The same, near the place where the ball's colour ends: ball-like before it, not after it."""
+        ours = self.like * (1 / 255)
+        return self._edge(np.clip(GATE * (ours @ BEFORE) * (1 - ours @ AFTER), FLOOR, 1)[:, 1:-1])
+
+    def _edge(self, gate):
+        """Each ray is projected on its own change of colour; its edge is the centroid of the cube of the slope."""
+        picture = cv2.LUT(cv2.cvtColor(self.patch, cv2.COLOR_BGR2YCrCb), CHROMA)
+        picture[..., 0] = cv2.transform(cv2.LUT(self.patch, LIGHT), LUMA)
+        light = self.sampled(picture)
+        change = ENDS @ light
+        contrast = (change * change).sum(1)
+        profile = (light @ change[:, :, None])[..., 0]  # its scale does not matter
+        fall = np.maximum(profile[:, :-2] - profile[:, 2:], 0)
+        fall *= fall * fall * gate
+        off = (fall @ self.off[1:-1]) / (fall.sum(1) + 1e-6)
+        return off, (self.seen & (contrast > CLEAR)) * contrast / (contrast + HALF)
+
+    @cached_property
+    def color_edge(self) -> tuple[np.ndarray, np.ndarray]:
+        """The same, where the ball's colour itself ends: the best split of each ray."""
+        split = (self.like - 100).cumsum(1).argmax(1)
+        off = self.off[split] + (self.off[1] - self.off[0]) / 2
+        return off, (self.seen & (self.like @ ENDS > COLOR_ENDS)).astype(np.float32)
+
+    def rays(self, off: np.ndarray) -> np.ndarray:
+        """Unit vectors from the camera through the places this far beyond the circle, shape (RAYS, 3)."""
+        pixels = RING * (self.r + off)[:, None, None] + (self.u, self.v)
+        rays = np.ones((RAYS, 3))
+        rays[:, :2] = cv2.undistortPoints(pixels, *self.camera)[:, 0]
+        return rays / np.sqrt((rays * rays).sum(1))[:, None]
