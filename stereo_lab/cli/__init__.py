@@ -85,8 +85,16 @@ def _parser():
         help="first rename the folders left and right of every set into each other, for cameras named the wrong way round",
     )
 
-    detect = add("detect", run_detect, "Find the ball in pictures.", "detect data/bench/snaps/left/000.jpg --color red")
+    detect = add(
+        "detect",
+        run_detect,
+        "Find the ball in pictures and videos.",
+        "detect data/bench/snaps/left/000.jpg --color red",
+    )
     detect.add_argument("images", nargs="+", metavar="IMAGE")
+    detect.add_argument(
+        "--learn", action="store_true", help="let the surest balls of that colour mark themselves, and learn from them"
+    )
     colors = detect.add_mutually_exclusive_group()
     colors.add_argument("--color", default="red", help="red, orange, yellow, green or blue (default: %(default)s)")
     colors.add_argument("--color-from", metavar="CSV", help="learn the colour from marked balls: file,u,v,radius_px")
@@ -112,7 +120,11 @@ def _parser():
         "Make a shipped recording again (needs the extra: render).",
         "render bench --out /tmp/bench --seed 7",
     )
-    render.add_argument("name", metavar="NAME", help="bench, clutter, second_rig, or a rig file of your own (.json)")
+    render.add_argument(
+        "name",
+        metavar="NAME",
+        help="bench, clutter, clutter_test, second_rig, third_rig, or a rig file of your own (.json)",
+    )
     render.add_argument("--out", metavar="DIR", help="folder to make (default: data/NAME)")
     render.add_argument("--seed", type=int, help="other poses and other noise")
     render.add_argument("--sets", metavar="SET,SET", help="only these sets")

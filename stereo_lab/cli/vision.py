@@ -11,6 +11,8 @@ from pathlib import Path
 from stereo_lab.cli.terminal import OK, WANTING, Progress, me, write_json_option
 from stereo_lab.errors import StereoLabError
 
+FRAMES_LEARNED = 60  # of a video: enough that some show the ball clearly
+
 
 def run_demo(options: argparse.Namespace) -> int:
     """Run the whole chain on a recording and write its report; WANTING where the calibration is poor."""
@@ -64,26 +66,77 @@ def run_calibrate(options: argparse.Namespace) -> int:
 
 def run_detect(options: argparse.Namespace) -> int:
     """Find the ball in pictures and print where it is. The exit code is OK."""
-    from stereo_lab.detection import BallColor, BallDetector
-    from stereo_lab.recording import read_image
+    from stereo_lab.detection import BallDetector
+    from stereo_lab.recording import is_video, read_image
 
-    color = _color_from(options.color_from) if options.color_from else BallColor.named(options.color)
-    detector = BallDetector(color, options.method)
-    images = [(path, read_image(path)) for path in options.images]
+    pictures = [(path, read_image(path)) for path in options.images if not is_video(path)]
+    detector = BallDetector(_color(options, [image for _, image in pictures]), options.method)
     rows = []
-    for path, image in images:
-        start = time.perf_counter()
-        found = detector.detect(image)
-        ms = round(1000 * (time.perf_counter() - start), 2)
-        ball = (
-            None if found is None else {k: round(float(getattr(found, k)), 3) for k in ("u", "v", "radius_px", "score")}
-        )
-        rows.append({"file": str(path), "ms": ms, "detection": ball})
-        if options.json != "-":
-            place = "no ball" if found is None else f"u {found.u:.1f}  v {found.v:.1f}  radius {found.radius_px:.1f} px"
-            print(f"{path}: {place}")
+    for path, image in pictures:
+        rows.append({"file": str(path), **_looked(detector, image)[0]})
+        _say(options, str(path), rows[-1]["detection"])
+    for path in filter(is_video, options.images):
+        rows += _watched(path, detector, options)
     write_json_option(options.json, rows)
     return OK
+
+
+def _looked(detector, image, near=None):
+    """One picture's row, and its ball."""
+    start = time.perf_counter()
+    found = detector.detect(image, near)
+    ms = round(1000 * (time.perf_counter() - start), 2)
+    told = ("u", "v", "radius_px", "score", "sigma_px")
+    ball = found and {k: round(float(getattr(found, k)), 3) for k in told if getattr(found, k) is not None}
+    return {"ms": ms, "detection": ball}, found
+
+
+def _watched(path, detector, options):
+    """The rows of a video: each frame is first looked at where the ball was in the one before."""
+    from stereo_lab.recording.video import count_frames, read_video
+
+    total, near, rows = count_frames(path), None, []
+    with Progress() as progress:
+        for number, frame in enumerate(read_video(path)):
+            row, near = _looked(detector, frame, near)
+            rows.append({"file": str(path), "frame": number, **row})
+            _say(options, f"{path}, frame {number}", row["detection"])
+            progress(f"look at {path}", number + 1, max(total, number + 1))
+    return rows
+
+
+def _say(options, what, ball):
+    if options.json != "-":
+        place = f"u {ball['u']:.1f}  v {ball['v']:.1f}  radius {ball['radius_px']:.1f} px" if ball else "no ball"
+        print(f"{what}: {place}")
+
+
+def _color(options, images):
+    """The colour asked for: marked in a table, by name, or by a name that marks itself in what is looked at."""
+    from stereo_lab.detection import BallColor
+
+    if options.color_from:
+        return _color_from(options.color_from)
+    if not options.learn:
+        return BallColor.named(options.color)
+    shown = [*images, *_some_frames(options.images)]
+    learned = BallColor.learned(shown, options.color)
+    print(
+        f"The colour is learned from {len(learned.marks)} balls that are surest to be {options.color}:", file=sys.stderr
+    )
+    for number, u, v, radius in learned.marks:
+        print(f"  picture {number + 1} of {len(shown)}: u {u:.0f}  v {v:.0f}  radius {radius:.0f} px", file=sys.stderr)
+    return learned
+
+
+def _some_frames(paths):
+    """Frames spread over the videos among some files."""
+    from stereo_lab.recording import is_video
+    from stereo_lab.recording.video import count_frames, read_video
+
+    for path in filter(is_video, paths):
+        step = max(1, count_frames(path) // FRAMES_LEARNED)
+        yield from (frame for number, frame in enumerate(read_video(path)) if number % step == 0)
 
 
 def _color_from(path):

@@ -23,10 +23,31 @@ LARGEST_TEXT = 50_000_000  # bytes; the largest table or JSON file of the kit ha
 LARGEST_FILE = 400_000_000  # bytes; more than an uncompressed picture of 100 megapixels has
 
 
-def read_bytes(path: str | Path, largest: int = LARGEST_FILE) -> bytes:
-    """Content of a plain file.
+def check_plain(path: str | Path) -> int:
+    """Refuse what is no plain file; its size in bytes.
 
     A pipe or a device is not opened: reading from it could wait, or go on, for ever.
+
+    Raises
+    ------
+    StereoLabError
+        If there is no such file, or it is no plain file.
+    """
+    try:
+        found = Path(path).stat()
+    except (OSError, ValueError) as error:  # ValueError: a name with a zero byte in it
+        raise _unreadable(path, error) from None
+    if not stat.S_ISREG(found.st_mode):
+        raise StereoLabError(f"Cannot read {path}: expected a plain file, got {_kind(found.st_mode)}.")
+    return found.st_size
+
+
+def _unreadable(path, error):
+    return StereoLabError(f"Cannot read {path}: {getattr(error, 'strerror', None) or error}.")
+
+
+def read_bytes(path: str | Path, largest: int = LARGEST_FILE) -> bytes:
+    """Content of a plain file; see :func:`check_plain`.
 
     Parameters
     ----------
@@ -38,18 +59,15 @@ def read_bytes(path: str | Path, largest: int = LARGEST_FILE) -> bytes:
     StereoLabError
         If there is no such file, it is no plain file, it is too large or it cannot be read.
     """
-    path = Path(path)
+    size = check_plain(path)
+    if size > largest:
+        raise StereoLabError(
+            f"Cannot read {path}: expected {largest // 1_000_000} MB at most, got {size // 1_000_000} MB."
+        )
     try:
-        found = path.stat()
-        if not stat.S_ISREG(found.st_mode):
-            raise StereoLabError(f"Cannot read {path}: expected a plain file, got {_kind(found.st_mode)}.")
-        if found.st_size > largest:
-            raise StereoLabError(
-                f"Cannot read {path}: expected {largest // 1_000_000} MB at most, got {found.st_size // 1_000_000} MB."
-            )
-        return path.read_bytes()
-    except (OSError, ValueError) as error:  # ValueError: a name with a zero byte in it
-        raise StereoLabError(f"Cannot read {path}: {getattr(error, 'strerror', None) or error}.") from None
+        return Path(path).read_bytes()
+    except OSError as error:
+        raise _unreadable(path, error) from None
 
 
 def _kind(mode):

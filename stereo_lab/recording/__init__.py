@@ -10,8 +10,9 @@ from stereo_lab.recording.opening import COLORS, REPOSITORY, open_recording
 from stereo_lab.recording.pictures import read_image
 from stereo_lab.recording.sample import Ball, Board, Position, Sample, StereoPair
 from stereo_lab.recording.swapping import swap_sides
+from stereo_lab.recording.video import is_video
 
 __all__ = [
-    "COLORS", "REPOSITORY", "Ball", "Board", "Position", "Recording", "Sample", "StereoPair", "import_images",
+    "COLORS", "REPOSITORY", "Ball", "Board", "Position", "Recording", "Sample", "StereoPair", "import_images", "is_video",
     "open_recording", "read_image", "swap_sides", "with_sets",
 ]  # fmt: skip
