@@ -134,6 +134,46 @@ def test_samples_are_weighed_by_what_is_known_of_them(bench_calibration):
     assert far[2] == pytest.approx(math.hypot(pixels, doubt.RULER_SIGMA_MM)) and far[2] > 10 * far[0] / 2
 
 
+def test_both_pictures_must_tell_one_size(bench, bench_calibration):
+    """A round thing on the same row, half as large again, is another thing; so is one of two and a half radii off the row."""
+    sample = bench.samples("depth")[1]
+    true = bench.true_ball("depth", sample.pair.name)
+    left, right = (Detection(*true[side], 0.9) for side in ("left", "right"))
+    same = lambda one, other: ours._same_ball(bench_calibration, bench.ball.diameter_mm, one, other)
+    assert same(left, right) and same(replace(left, radius_px=1.1 * left.radius_px), right)
+    for share in (0.65, 1.5):
+        assert not same(replace(left, radius_px=share * left.radius_px), right)
+        assert not same(left, replace(right, radius_px=share * right.radius_px))
+    assert not same(left, replace(right, v=right.v + 0.5 * right.radius_px))
+
+
+def test_a_less_sure_centre_makes_a_less_sure_place(bench_calibration, by_cone):
+    """Along the line of sight both pictures' pixels count; the detector tells how sure it is of each."""
+    left, right = Detection(320, 240, 15, 0.9, 0.02), Detection(250, 240, 15, 0.9, 0.02)
+    sure = by_cone.position(left, right).sigma_mm
+    less = by_cone.position(replace(left, sigma_px=0.5), right).sigma_mm
+    assert less[2] > 3 * sure[2] and less[0] > sure[0]
+    untold = by_cone.position(*(replace(d, sigma_px=None) for d in (left, right))).sigma_mm
+    assert untold == pytest.approx(by_cone.position(*(replace(d, sigma_px=0.03) for d in (left, right))).sigma_mm)
+
+
+def test_a_ball_marks_its_own_colour_where_its_name_misses_some(bench, bench_calibration, monkeypatch):
+    """By the name two samples are missed here; the colour that the others teach finds them, and the way says so."""
+    looked = ours._look
+
+    def short_sighted(calibration, color, diameter, named):
+        detectors, seen = looked(calibration, color, diameter, named)
+        return detectors, seen if color.name == "learned" else dict(list(seen.items())[2:])
+
+    monkeypatch.setattr(ours, "_look", short_sighted)
+    fitted = Localizer.fit(bench, calibration=bench_calibration)
+    assert fitted.missed == () and fitted.way.detectors[0].color.marks
+    assert "name red the ball was found in 12 of 14" in fitted.way.color_told and "in 14: that" in fitted.way.color_told
+    monkeypatch.setattr(ours, "_look", looked)
+    plain = Localizer.fit(bench, calibration=bench_calibration)
+    assert plain.way.color_told == "" and plain.way.detectors[0].color.name == "red"
+
+
 @pytest.mark.parametrize(
     ("off", "radius", "hit"), [(2.9, 5, True), (3.1, 5, False), (9.9, 40, True), (10.1, 40, False), (0, 1, True)]
 )

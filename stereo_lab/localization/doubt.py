@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.position import RigidFit
 
-CENTER_SIGMA_PX = 0.03  # how well a ball's centre is known
+CENTER_SIGMA_PX = 0.03  # how well a ball's centre is known, where no detection tells
 RULER_SIGMA_MM = 0.6  # a ruler read to whole millimetres
 SQUARE_SIGMA = 0.002  # of its length: a printer's squares, measured over the whole board with a ruler
 SURE = 3.0  # standard deviations by which the samples must contradict the squares to be believed
@@ -23,11 +23,21 @@ def fit_bench(camera_Nx3: np.ndarray, bench_Nx3: np.ndarray, sigma_Nx3: np.ndarr
     return free if abs(free.scale - 1) > SURE * free.scale_sigma else held
 
 
-def pixel_sigma(calibration: StereoCalibration, points: np.ndarray) -> np.ndarray:
-    """Standard deviations of triangulated points along X, Y, Z, shape (N, 3), mm, by the pixels' noise alone."""
+def pixel_sigma(
+    calibration: StereoCalibration, points: np.ndarray, centers_Nx2: ArrayLike = (CENTER_SIGMA_PX, CENTER_SIGMA_PX)
+) -> np.ndarray:
+    """Standard deviations of triangulated points along X, Y, Z, shape (N, 3), mm, by the pixels' noise alone.
+
+    Parameters
+    ----------
+    calibration : StereoCalibration
+    points : ndarray, shape (N, 3), mm, in the rectified left frame
+    centers_Nx2 : array, standard deviations of the ball's centre in the left and the right picture, px
+    """
+    left, right = np.broadcast_to(np.asarray(centers_Nx2, float), (len(points), 2)).T
     depth = points[:, 2]
-    across = depth / calibration.focal_px * CENTER_SIGMA_PX
-    along = calibration.depth_per_px(depth) * CENTER_SIGMA_PX * np.sqrt(2)
+    across = depth / calibration.focal_px * left
+    along = calibration.depth_per_px(depth) * np.hypot(left, right)
     return np.column_stack([across, across, along])
 
 
@@ -53,24 +63,29 @@ class Doubt:
     noise: np.ndarray
 
     @classmethod
-    def of(cls, calibration: StereoCalibration, rigid: RigidFit, samples: np.ndarray) -> Doubt:
-        """The doubt of a fit on samples, shape (N, 3), mm, in the rectified left frame."""
+    def of(cls, calibration: StereoCalibration, rigid: RigidFit, samples: np.ndarray, centers_Nx2: ArrayLike) -> Doubt:
+        """The doubt of a fit on samples, shape (N, 3), mm, in the rectified left frame; see :func:`pixel_sigma`."""
         knows = np.zeros((25, 25))
         knows[:24, :24] = np.nan if calibration.covariance is None else calibration.covariance
         knows[24, 24] = SQUARE_SIGMA**2
         follows = -np.einsum("kni,nij->kj", rigid.gain, _bench_slopes(calibration, rigid, samples))
-        own = _noise(calibration, rigid, samples) + RULER_SIGMA_MM**2 * np.eye(3)
+        own = _noise(calibration, rigid, samples, centers_Nx2) + RULER_SIGMA_MM**2 * np.eye(3)
         return cls(calibration, rigid, knows, follows, np.einsum("kni,nij,lnj->kl", rigid.gain, own, rigid.gain))
 
-    def sigma_mm(self, point_1x3: ArrayLike) -> tuple[float, float, float] | None:
-        """Standard deviations of x, y and depth of one point of the rectified left frame; None where not known."""
+    def sigma_mm(
+        self, point_1x3: ArrayLike, centers_px: ArrayLike = (CENTER_SIGMA_PX, CENTER_SIGMA_PX)
+    ) -> tuple[float, float, float] | None:
+        """Standard deviations of x, y and depth of one point of the rectified left frame; None where not known.
+
+        ``centers_px``: those of the ball's centre in the left and the right picture, px.
+        """
         point = np.asarray(point_1x3, float).reshape(1, 3)
         seven = self.rigid.slopes(point)[0]
         slopes = _bench_slopes(self.calibration, self.rigid, point)[0] + seven @ self.follows
         spread = (
             slopes @ self.knows @ slopes.T
             + seven @ self.noise @ seven.T
-            + _noise(self.calibration, self.rigid, point)[0]
+            + _noise(self.calibration, self.rigid, point, centers_px)[0]
         )
         variance = np.diag(spread)
         return None if np.isnan(variance).any() else tuple(np.sqrt(variance).tolist())
@@ -82,7 +97,7 @@ def _bench_slopes(calibration, rigid, points):
     return rigid.scale * rigid.rotation @ np.concatenate([calibration.place_slopes(points), by_length], -1)
 
 
-def _noise(calibration, rigid, points):
+def _noise(calibration, rigid, points, centers_Nx2):
     """Covariance on the bench by the pixels' noise, shape (N, 3, 3), mm²."""
-    turned = rigid.rotation * pixel_sigma(calibration, points)[:, None, :]
+    turned = rigid.rotation * pixel_sigma(calibration, points, centers_Nx2)[:, None, :]
     return turned @ turned.transpose(0, 2, 1)

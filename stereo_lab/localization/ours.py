@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stereo_lab.calibration import StereoCalibration
-from stereo_lab.detection import BALL, BallColor, BallDetector, Detection
-from stereo_lab.errors import CalibrationError
-from stereo_lab.localization.doubt import RULER_SIGMA_MM, Doubt, fit_bench, pixel_sigma
+from stereo_lab.detection import BALL, HUES, BallColor, BallDetector, Detection
+from stereo_lab.errors import CalibrationError, StereoLabError
+from stereo_lab.localization.doubt import CENTER_SIGMA_PX, RULER_SIGMA_MM, Doubt, fit_bench, pixel_sigma
 from stereo_lab.localization.samples import check_enough
 from stereo_lab.position import RigidFit
 from stereo_lab.recording import Position, Recording, Sample
 
 CANDIDATES = 8  # round things of each picture that are paired
+AGREE = 3.0  # log odds that row and size speak for a pair: one in twenty of two other things would agree
+MOST_LOGIT = 30.0
 ROW_PX, ROW_OF_RADIUS = 2.0, 0.1  # rows of the two centres may differ by this
 SIZE = 0.15  # the ball's size may seem this much wrong, and a pixel more
 
@@ -33,6 +35,7 @@ class ConeWay:
     doubt : Doubt, how far off a place may be
     arm_depth_mm : float, depth of the arm's plane
     diameter_mm : float, of the ball
+    color_told : str, what was gained by letting the ball mark its own colour; empty where its name is used
     """
 
     calibration: StereoCalibration
@@ -41,6 +44,7 @@ class ConeWay:
     doubt: Doubt
     arm_depth_mm: float
     diameter_mm: float
+    color_told: str = ""
 
     @classmethod
     def fit(
@@ -51,27 +55,26 @@ class ConeWay:
         color: BallColor | str,
     ) -> tuple[ConeWay, np.ndarray, tuple[str, ...]]:
         """The way, its residuals (see :class:`Localizer`) and the samples it missed."""
-        detector = lambda side: BallDetector(color, "cone", calibration.camera(side))
-        detectors = detector("left"), detector("right")
         diameter, depth = recording.ball.diameter_mm, recording.arm_depth_mm
         named = {f"{set_name}/{s.pair.name}": s for set_name, chosen in samples.items() for s in chosen}
-        found, places, missed = [], [], []
-        for name, sample in named.items():
-            pair = find_pair(calibration, detectors, diameter, sample.pair.left, sample.pair.right)
-            if pair is None:
-                missed.append(name)
-                continue
-            found.append(pair)
-            measured = sample.measured
-            places.append([measured.x_mm, measured.y_mm, depth - measured.depth_mm])
+        color = BallColor.named(color) if isinstance(color, str) else color
+        (detectors, seen), told = _look(calibration, color, diameter, named), ""
+        if 0 < len(seen) < len(named) and color.name in HUES:
+            detectors, seen, told = _marked_by_itself(calibration, color, diameter, named, detectors, seen)
+        missed = [name for name in named if name not in seen]
+        found = list(seen.values())
+        measured = [named[name].measured for name in seen]
+        places = [[m.x_mm, m.y_mm, depth - m.depth_mm] for m in measured]
         if len(found) < 3:
             _check_rows(calibration, detectors, named.values())
         check_enough(found, missed, 3, recording)
         points = _triangulate(calibration, *zip(*found, strict=True))
-        rigid = fit_bench(points, np.array(places), np.hypot(pixel_sigma(calibration, points), RULER_SIGMA_MM))
-        doubt = Doubt.of(calibration, rigid, points)
+        centers = [_center_sigmas(*pair) for pair in found]
+        sigma = np.hypot(pixel_sigma(calibration, points, centers), RULER_SIGMA_MM)
+        rigid = fit_bench(points, np.array(places), sigma)
+        doubt = Doubt.of(calibration, rigid, points, centers)
         return (
-            cls(calibration, detectors, rigid, doubt, depth, diameter),
+            cls(calibration, detectors, rigid, doubt, depth, diameter, told),
             rigid.residuals_mm * [1, 1, -1],
             tuple(missed),
         )
@@ -89,12 +92,40 @@ class ConeWay:
 
     def position(self, left: Detection, right: Detection) -> Position:
         """Two detections of one ball, triangulated and put on the bench."""
-        return self.on_bench(_triangulate(self.calibration, [left], [right]))
+        return self.on_bench(_triangulate(self.calibration, [left], [right]), _center_sigmas(left, right))
 
-    def on_bench(self, point_1x3: ArrayLike) -> Position:
-        """A point of the rectified left camera, mm, as a place on the bench."""
+    def on_bench(self, point_1x3: ArrayLike, centers_px: ArrayLike = (CENTER_SIGMA_PX, CENTER_SIGMA_PX)) -> Position:
+        """A point of the rectified left camera, mm, as a place on the bench; centres known so well, px."""
         x, y, z = self.rigid.predict(point_1x3)[0]
-        return Position(float(x), float(y), float(self.arm_depth_mm - z), self.doubt.sigma_mm(point_1x3))
+        return Position(float(x), float(y), float(self.arm_depth_mm - z), self.doubt.sigma_mm(point_1x3, centers_px))
+
+
+def _look(calibration, color, diameter, named):
+    """A detector for each camera, and what they find: name of the sample -> (Detection, Detection)."""
+    left, right = (BallDetector(color, "cone", calibration.camera(side)) for side in ("left", "right"))
+    pairs = {n: find_pair(calibration, (left, right), diameter, s.pair.left, s.pair.right) for n, s in named.items()}
+    return (left, right), {name: pair for name, pair in pairs.items() if pair is not None}
+
+
+def _marked_by_itself(calibration, color, diameter, named, detectors, seen):
+    """The same in the colour that the surest balls of a name mark, where more is found by it; and a sentence on it."""
+    try:
+        learned = BallColor.learned([s.pair.left for s in named.values()], color.name)
+    except StereoLabError:  # no picture is sure enough
+        return detectors, seen, ""
+    again = _look(calibration, learned, diameter, named)
+    if len(again[1]) <= len(seen):
+        return detectors, seen, ""
+    told = (
+        f"By the name {color.name} the ball was found in {len(seen)} of {len(named)} measured pairs, by the colour that it "
+        f"marked itself in its {len(learned.marks)} surest pictures in {len(again[1])}: that colour is used."
+    )
+    return *again, told
+
+
+def _center_sigmas(left, right):
+    """Standard deviations of both centres, px; detections of one's own making need not tell them."""
+    return [CENTER_SIGMA_PX if d.sigma_px is None else d.sigma_px for d in (left, right)]
 
 
 def _triangulate(calibration, left, right):
@@ -125,10 +156,17 @@ def find_pair(
     -------
     (Detection, Detection) in raw pixels, or None
     """
-    seen = [d.candidates(image, CANDIDATES) for d, image in zip(detectors, (left, right), strict=True)]
-    pairs = [(a, b) for a in seen[0] for b in seen[1] if a.score + b.score >= 2 * BALL]
-    pairs = [pair for pair in pairs if _same_ball(calibration, diameter_mm, *pair)]
-    return max(pairs, key=lambda pair: pair[0].score * pair[1].score, default=None)
+    for everything in (False, True):  # the surest thing of one picture need not be in the other
+        seen = [d.weighed(image, CANDIDATES, everything) for d, image in zip(detectors, (left, right), strict=True)]
+        pairs = [(a, b, one + other + AGREE) for a, one in seen[0] for b, other in seen[1]]
+        pairs = [pair for pair in pairs if _same_ball(calibration, diameter_mm, *pair[:2])]
+        odds = np.exp([min(logit, MOST_LOGIT) for *_, logit in pairs])
+        probability = odds / (1 + odds.sum())
+        if len(pairs) and probability.max() >= BALL:
+            one, other, _ = pairs[int(probability.argmax())]
+            score = float(probability.max())
+            return replace(one, score=score), replace(other, score=score)
+    return None
 
 
 def _same_ball(calibration, diameter_mm, left, right):

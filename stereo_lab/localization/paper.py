@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -32,6 +33,7 @@ class PaperWay:
     x_line: LineFit
     y_line: LineFit
     depth: PaperDepth
+    color_told: ClassVar[str] = ""  # Algorithm 1 takes the bounds it is given
 
     @classmethod
     def fit(
