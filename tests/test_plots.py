@@ -44,6 +44,9 @@ CALLS = {
     "heat": lambda ax: plots.heat(PICTURE[..., 1], (2.0, 1.0), "A title", ax),
     "flow": lambda ax: plots.flow(["one", "two", "three"], "A title", ax),
     "answers_bar": lambda ax: plots.answers_bar(["a", "b"], [20.0, 40.0], [90.0, 95.0], "A title", ax),
+    "reliability": lambda ax: plots.reliability(
+        np.array([0.02, np.nan, 0.9]), np.array([0.0, np.nan, 0.8]), np.array([50, 0, 5]), "A title", ax
+    ),
     "error_against_depth": lambda ax: plots.error_against_depth(
         [("lines", UP, DOWN), ("rigid", UP, 0.01 * DOWN)], 3.0, "A title", ax
     ),

@@ -54,12 +54,15 @@ def side_by_side(left: np.ndarray, right: np.ndarray, rows_px: Numbers, title: s
     return ax
 
 
-def mark_ball(u: float, v: float, radius_px: float, ax: Axes | None = None, color: str = BLUE) -> Axes:
-    """A circle and a cross on a ball."""
+def mark_ball(u: float, v: float, radius_px: float, ax: Axes | None = None, color: str = BLUE, name: str = "") -> Axes:
+    """A circle and a cross on a ball, and its name above it."""
     ax = ax or plt.gca()
     ax.autoscale(False)
     ax.add_patch(plt.Circle((u, v), radius_px, fill=False, color=color, linewidth=2))
     ax.plot(u, v, "+", color=color, markersize=12, markeredgewidth=2)
+    box = {"facecolor": "white", "edgecolor": color, "pad": 2}
+    if name:
+        ax.annotate(name, (u, v - radius_px - 6), ha="center", va="bottom", color=color, weight="bold", bbox=box)
     return ax
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from stereo_lab.plots.base import BLACK, BLUE, ORANGE, VERMILION
 
-__all__ = ["answers_bar", "flow", "heat", "hue_circle", "mask_view"]
+__all__ = ["answers_bar", "flow", "heat", "hue_circle", "mask_view", "reliability"]
 
 
 def mask_view(mask: np.ndarray, title: str, ax: Axes | None = None) -> Axes:
@@ -90,4 +90,29 @@ def answers_bar(
     ax.set_title(title)
     ax.legend(loc="upper right", ncols=2)
     ax.axhline(100, color=ORANGE, linestyle=":")
+    return ax
+
+
+def reliability(told: np.ndarray, true: np.ndarray, count: np.ndarray, title: str, ax: Axes | None = None) -> Axes:
+    """Share of right ones against the probability told, a dot a bin: the larger, the more it counts.
+
+    Parameters
+    ----------
+    told, true : ndarray, mean probability and share of right ones of each bin; NaN where it is empty
+    count : ndarray, how many each bin holds
+    """
+    ax = ax or plt.gca()
+    ax.plot([0, 1], [0, 1], "--", color=BLACK, linewidth=1, label="told is true")
+    areas = 25 + 40 * np.sqrt(count)  # square points
+    ax.scatter(told, true, s=areas, color=BLUE, alpha=0.8, zorder=3)
+    for x, y, n, area in zip(told, true, count, areas, strict=True):
+        if n:
+            above = (0, np.sqrt(area) / 2 + 4)
+            ax.annotate(str(n), (x, y), above, textcoords="offset points", ha="center", annotation_clip=False)
+    ax.set_xlim(-0.05, 1.05)
+    ax.set_ylim(-0.08, 1.15)
+    ax.set_xlabel("probability told")
+    ax.set_ylabel("share of balls")
+    ax.set_title(title)
+    ax.legend(loc="lower right")
     return ax

@@ -18,9 +18,9 @@ from stereo_lab.common.threads import one_thread
 from stereo_lab.detection import Detection
 from stereo_lab.localization import Localizer
 from stereo_lab.recording import Position, Recording
+from stereo_lab.results import speeds
 
 PAIRS = 24
-LOOKS = 3  # every pair is timed so often; its fastest time counts
 POINTS = 1_000_000
 ONE_BY_ONE = 300
 SEARCHES = 20
@@ -40,15 +40,22 @@ def benchmark(
     Returns
     -------
     dict : name of the group -> list of dict with "way", "ms" (milliseconds for one), "times" (how many times
-        faster than the first way), "error_mm" (mean), and for the virtual arm "times" against the clock
+        faster than the first way), "error_mm" (mean), and for the virtual arm "times" against the clock;
+        "detecting" as :func:`stereo_lab.results.speeds.detecting` gives it
     """
+    found = speeds.detecting(recording, report)
     with one_thread():
         vision = locating(recording, report)
         report("inverse kinematics", 0, 1)
         solving = inverse_kinematics(recording.arm)
         report("the virtual arm", 0, 1)
         moving = virtual_arm()
-    return {"locating": _beside(vision), "inverse_kinematics": _beside(solving), "virtual_arm": moving}
+    return {
+        "detecting": found,
+        "locating": _beside(vision),
+        "inverse_kinematics": _beside(solving),
+        "virtual_arm": moving,
+    }
 
 
 def page(groups: dict[str, list[dict[str, Any]]]) -> str:
@@ -57,7 +64,7 @@ def page(groups: dict[str, list[dict[str, Any]]]) -> str:
         "locating": ("One pair of pictures to the ball's place", "depth, mean error (mm)"),
         "inverse_kinematics": ("One point to two joint angles", "hand, mean error (mm)"),
     }
-    lines = []
+    lines = speeds.page(groups["detecting"])
     for name, (title, error) in titles.items():
         lines += [f"{title:36s} {'ms':>10s} {'times as fast':>14s}   {error}", *map(_line, groups[name]), ""]
     lines += [f"{'The virtual arm':36s} {'':10s} {'times as fast as the clock':>14s}"]
@@ -79,12 +86,12 @@ def locating(
     """The paper's way, ours searching the whole picture, ours told where to look, and dense stereo."""
     samples = [s for s in recording.samples("evaluation") if s.use == "volume"][:PAIRS]
     paper, cone = (Localizer.fit(recording, method) for method in ("paper", "cone"))
-    dense = DenseStereo(cone)
-    ways: dict[str, Callable[[tuple[np.ndarray, np.ndarray], Any], Position | None]] = {
-        "the paper's way": lambda pair, seen: paper.locate(*pair),
-        "cone, whole pictures": lambda pair, seen: cone.locate(*pair),
-        "cone, near the last place": lambda pair, seen: cone.locate(*pair, near=seen),
-        "dense stereo (SGBM), at the ball": lambda pair, seen: dense.locate(*pair, seen),
+    dense, rng = DenseStereo(cone), np.random.default_rng(0)
+    ways: dict[str, Callable[[tuple[np.ndarray, np.ndarray], Any, Any], Position | None]] = {
+        "the paper's way": lambda pair, seen, near: paper.locate(*pair),
+        "cone, whole pictures": lambda pair, seen, near: cone.locate(*pair),
+        "cone, near the last place": lambda pair, seen, near: cone.locate(*pair, near=near),
+        "dense stereo (SGBM), at the ball": lambda pair, seen, near: dense.locate(*pair, seen),
     }
     spent: dict[str, list[float]] = {name: [] for name in ways}
     errors: dict[str, list[float]] = {name: [] for name in ways}
@@ -92,8 +99,9 @@ def locating(
         report("locate the ball", k, len(samples))
         pair = sample.pair.left, sample.pair.right
         seen = cone.detect(*pair)
+        near = None if seen is None else tuple(speeds.expected(ball, rng) for ball in seen)
         for name, way in ways.items():
-            ms, place = _fastest(lambda way=way, pair=pair, seen=seen: way(pair, seen))
+            ms, place = speeds.fastest(way, pair, seen, near)
             spent[name].append(ms)
             if place is not None:
                 errors[name].append(abs(place.depth_mm - sample.reference.depth_mm))
@@ -129,31 +137,21 @@ class DenseStereo:
         return way.on_bench(point * (1 + way.diameter_mm / 2 / np.linalg.norm(point)))  # from surface to centre
 
 
-def _fastest(way):
-    """Milliseconds of the fastest of some looks, and what the last one saw."""
-    best = np.inf
-    for _ in range(LOOKS):
-        start = time.perf_counter()
-        result = way()
-        best = min(best, time.perf_counter() - start)
-    return 1000 * best, result
-
-
 def inverse_kinematics(arm: TwoLinkArm) -> list[dict[str, Any]]:
     """Eq. 5 and 6 one by one and as arrays, a search, and ikpy where it is installed."""
     rng = np.random.default_rng(5)
     points = _reachable(arm, rng, POINTS)
     few = points[:ONE_BY_ONE]
-    ms, angles = _fastest(lambda: [arm.inverse(x, y) for x, y in few])
+    ms, angles = speeds.fastest(lambda: [arm.inverse(x, y) for x, y in few])
     rows = [_solved(arm, "Eq. 5 and 6, one by one", ms / len(few), angles, few)]
-    ms, angles = _fastest(lambda: arm.inverse(*points.T))
+    ms, angles = speeds.fastest(lambda: arm.inverse(*points.T))
     rows.append(_solved(arm, "Eq. 5 and 6, a million as arrays", ms / len(points), [angles], points))
     few = points[:SEARCHES]
-    ms, angles = _fastest(lambda: [search(arm, x, y) for x, y in few])
+    ms, angles = speeds.fastest(lambda: [search(arm, x, y) for x, y in few])
     rows.append(_solved(arm, "a search with the Jacobian", ms / len(few), angles, few))
     chain = _ikpy_chain(arm)
     if chain is not None:
-        ms, angles = _fastest(lambda: [_by_ikpy(chain, x, y) for x, y in few])
+        ms, angles = speeds.fastest(lambda: [_by_ikpy(chain, x, y) for x, y in few])
         rows.append(_solved(arm, "the library ikpy", ms / len(few), angles, few))
     return rows
 

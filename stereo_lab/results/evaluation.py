@@ -124,6 +124,26 @@ def is_hit(detection: Detection | None, circle: Sequence[float]) -> bool:
     return bool(np.hypot(detection.u - u, detection.v - v) <= max(3.0, radius / 4))
 
 
+def reliability(told: Sequence[float], right: Sequence[bool], bins: int = 10) -> tuple[np.ndarray, ...]:
+    """Whether probabilities are true: those of each bin beside how often they were right.
+
+    Parameters
+    ----------
+    told : sequence of float, probabilities
+    right : sequence of bool, what came of each
+    bins : int, of equal width from 0 to 1
+
+    Returns
+    -------
+    told, true, count : ndarray, shape (bins,): mean probability, share of right ones, how many; NaN in an empty bin
+    """
+    p, ok = np.asarray(told, float), np.asarray(right, float)
+    index = np.minimum((p * bins).astype(int), bins - 1)
+    count = np.bincount(index, minlength=bins)
+    with np.errstate(invalid="ignore"):
+        return np.bincount(index, p, bins) / count, np.bincount(index, ok, bins) / count, count
+
+
 def evaluate(
     recording: Recording, report: Callable[[str, int, int], object] = lambda step, done, total: None
 ) -> Results:
@@ -176,7 +196,7 @@ def _right(detection, true, side):
 
 
 def clutter_of(recording: Recording) -> Recording | None:
-    """The recording of clutter that the same cameras took, beside this one; None where there is none."""
+    """The recording of clutter that the same cameras took, beside this one, the first by name; None without one."""
     for path in sorted(Path(recording.path.parent).glob("*/recording.json")):
         try:
             other = open_recording(path.parent)
@@ -191,18 +211,27 @@ def _clutter(clutter, calibration, report):
     """Frames, and how many were answered rightly: the right ball, or rightly none."""
     frames = [(s, pair) for s in clutter.sets for pair in clutter.pairs(s)]
     right = dict.fromkeys(METHODS, 0)
+    cameras = {side: calibration.camera(side) for side in ("left", "right")}
+    detectors = {
+        (method, color): [BallDetector(color, method, camera) for camera in cameras.values()]
+        for method in METHODS for color in {_color_of(clutter, s) for s in clutter.sets}
+    }  # fmt: skip
     for k, (set_name, pair) in enumerate(frames):
         report("tell the ball from clutter", k, len(frames))
-        color = set_name if set_name in HUES else clutter.ball.color
         true = clutter.true_ball(set_name, pair.name)
         for method in METHODS:
-            right[method] += _clutter_right(method, color, clutter, calibration, pair, true)
+            both = detectors[method, _color_of(clutter, set_name)]
+            right[method] += _clutter_right(method, both, clutter, calibration, pair, true)
     report("tell the ball from clutter", len(frames), len(frames))
     return {m: {"frames": len(frames), "right": int(right[m])} for m in METHODS}
 
 
-def _clutter_right(method, color, clutter, calibration, pair, true):
-    detectors = [BallDetector(color, method, calibration.camera(side)) for side in ("left", "right")]
+def _color_of(recording, set_name):
+    """The ball's colour in a set: sets of another ball are named after its colour."""
+    return set_name if set_name in HUES else recording.ball.color
+
+
+def _clutter_right(method, detectors, clutter, calibration, pair, true):
     if pair.right_path is None:
         return _right(detectors[0].detect(pair.left), true, "left")
     if method == "paper":
