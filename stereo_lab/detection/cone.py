@@ -29,18 +29,24 @@ TINY = 1e-11 * np.eye(3)
 
 
 class Cone(NamedTuple):
-    """A cone through the edges of a look; what belongs to rays has the shape (RAYS,), lengths are px."""
+    """A cone through the edges of a look; lengths are px, and what belongs to rays has the shape (RAYS,).
 
-    u: float  # where its axis, and so the ball's centre, is seen
+    ``u, v``: where its axis, and so the ball's centre, is seen. ``outline_px``: radius of a circle round it that covers as
+    much of the picture as the ball. ``radius_px``: f·tan α, what the ball's radius would be in the middle of the picture.
+    ``look``; ``off``: how far beyond its circle the edge lies on each ray; ``weights`` of these edges; ``gap``: how far
+    beyond the cone they lie. ``axis``: a', shape (3,), and ``normal``: the matrix of its least squares, shape (3, 3).
+    """
+
+    u: float
     v: float
-    outline_px: float  # radius of a circle round (u, v) that covers as much of the picture as the ball
-    radius_px: float  # f·tan α: what the ball's radius would be in the middle of the picture
+    outline_px: float
+    radius_px: float
     look: Look
-    off: np.ndarray  # how far beyond the look's circle the edge lies on each ray
-    weights: np.ndarray  # of these edges
-    gap: np.ndarray  # how far beyond the cone they lie
-    axis: np.ndarray  # a', shape (3,)
-    normal: np.ndarray  # the matrix of its least squares, shape (3, 3)
+    off: np.ndarray
+    weights: np.ndarray
+    gap: np.ndarray
+    axis: np.ndarray
+    normal: np.ndarray
 
     @property
     def circle(self) -> tuple[float, float, float]:

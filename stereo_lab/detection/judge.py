@@ -39,7 +39,7 @@ WAVES = np.column_stack([wave(crests * ANGLE) for crests in (2, 3, 4) for wave i
 
 
 class Thing(NamedTuple):
-    """Something that may be the ball: its cone, the evidence, and the weighed sum of it."""
+    """Something that may be the ball: its cone, the evidence, and the weighed sum of it (logit)."""
 
     cone: Cone
     evidence: np.ndarray

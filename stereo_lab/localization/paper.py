@@ -26,6 +26,7 @@ class PaperWay:
     detector : BallDetector, for both cameras
     x_line, y_line : LineFit, Eq. 2 and 1: millimetres from the left rectified pixel
     depth : PaperDepth, Eq. 4: millimetres from the disparity
+    color_told : str, always empty: Algorithm 1 takes the bounds that it is given
     """
 
     calibration: StereoCalibration
@@ -33,7 +34,7 @@ class PaperWay:
     x_line: LineFit
     y_line: LineFit
     depth: PaperDepth
-    color_told: ClassVar[str] = ""  # Algorithm 1 takes the bounds it is given
+    color_told: ClassVar[str] = ""
 
     @classmethod
     def fit(

@@ -31,7 +31,7 @@ LEAST_PX, LARGEST = 4, 0.2  # radii that the paper's chain looks for, px and par
 
 
 class View(NamedTuple):
-    """One picture of one camera, and the true ball in it, (u, v, radius_px) or None where it is not known."""
+    """One picture of one camera: its side, the color looked for, the image, and the true ball, (u, v, radius_px) or None."""
 
     side: str
     color: str
