@@ -12,6 +12,7 @@ import numpy as np
 from stereo_lab.common.files import read_table
 from stereo_lab.detection import HUES, BallColor
 from stereo_lab.recording import open_recording, read_image
+from stereo_lab.results.evaluation import color_of
 
 MOST_OF_SET = 101  # pictures of one set; of longer ones every second or third
 MARKED = 4  # pictures from which a colour is learned
@@ -34,7 +35,7 @@ def rendered(folder: Path) -> Iterator[Picture]:
     recording = open_recording(folder)
     rng = np.random.default_rng(recording.name.encode()[-1])
     for set_name in (name for name in recording.sets if name != "calibration"):
-        name = set_name if set_name in HUES else recording.ball.color
+        name = color_of(recording, set_name)
         pairs = recording.pairs(set_name)
         shots = [
             (getattr(pair, side), (recording.true_ball(set_name, pair.name) or {}).get(side))

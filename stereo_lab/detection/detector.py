@@ -84,7 +84,7 @@ class BallDetector:
 
     def things(self, image: np.ndarray, everything: bool = False) -> list[Thing]:
         """Glance at the largest patches; look longer at patches of several levels; vote last."""
-        least = max(LEAST_PX, LEAST_OF_WIDTH * image.shape[1])
+        least = _least_radius(image)
         step = max(1, round(least / GLANCE_STEP))
         like = self.color.likeness(where.smaller(image, step))
         colored = max(1, np.count_nonzero(like > where.SURELY)) * step * step
@@ -165,7 +165,7 @@ class BallDetector:
         """Look round a circle, fit the cone, look round that, and so on."""
         height, width = image.shape[:2]
         camera = usual_camera(image.shape) if self.camera is None else self.camera
-        least, cone = max(LEAST_PX, LEAST_OF_WIDTH * width), None
+        least, cone = _least_radius(image), None
         for share in shares:
             u, v, r = circle
             if not (-r < u < width + r and -r < v < height + r and least <= r <= MOST_OF_WIDTH * width):
@@ -178,6 +178,11 @@ class BallDetector:
         if cone.outline_px > LARGE_PX and shares[-1] * cone.outline_px > FINE_PX:
             return self._settle(image, circle, (0.99 * FINE_PX / cone.outline_px,), edge) or cone
         return cone
+
+
+def _least_radius(image):
+    """Of a ball worth looking for in a picture, px."""
+    return max(LEAST_PX, LEAST_OF_WIDTH * image.shape[1])
 
 
 def _apart(circle, other):

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from stereo_lab.detection.cone import Cone
+from stereo_lab.detection.cone import ON, ON_PX, Cone
 from stereo_lab.detection.outline import ANGLE, RAYS, RING, SAMPLES
 
 PERHAPS = 60  # likeness, of 255: may be the ball's colour
@@ -74,7 +74,7 @@ def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
     light_gaps, light_clear = light_off - rim, light_weight > 0
     color_gaps, color_clear = color_off - rim, color_weight > 0
     astray = np.abs(color_gaps)
-    on = light_clear & (np.abs(light_gaps) < max(0.5, 0.04 * r))
+    on = light_clear & (np.abs(light_gaps) < max(ON_PX, ON * r))
     ends = color_clear & (astray < max(ENDS_PX, ENDS * r))
     beyond = (look.off - rim[:, None]).astype(np.float32)
     margin = max(RIM * r, RIM_PX)

@@ -26,8 +26,8 @@ def surest(images: Sequence[np.ndarray], color: BallColor) -> tuple[tuple[int, f
     best = [(k, ball) for k, image in enumerate(images) for ball in detector.candidates(image, 1)]
     best = sorted(((k, ball) for k, ball in best if ball.score >= LEAST_SURE), key=lambda found: -found[1].score)
     part = [k * MARKS // len(images) for k, _ in best]
-    first = [p not in part[:n] for n, p in enumerate(part)]
-    sure = sorted(best, key=lambda found: not first[best.index(found)])[:MARKS]
+    later = [p in part[:n] for n, p in enumerate(part)]
+    sure = [best[n] for n in sorted(range(len(best)), key=later.__getitem__)[:MARKS]]
     if not sure:
         raise StereoLabError(
             f"In none of {len(images)} pictures a {color.name} ball is found, so none can mark itself. "

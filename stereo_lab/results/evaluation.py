@@ -214,19 +214,19 @@ def _clutter(clutter, calibration, report):
     cameras = {side: calibration.camera(side) for side in ("left", "right")}
     detectors = {
         (method, color): [BallDetector(color, method, camera) for camera in cameras.values()]
-        for method in METHODS for color in {_color_of(clutter, s) for s in clutter.sets}
+        for method in METHODS for color in {color_of(clutter, s) for s in clutter.sets}
     }  # fmt: skip
     for k, (set_name, pair) in enumerate(frames):
         report("tell the ball from clutter", k, len(frames))
         true = clutter.true_ball(set_name, pair.name)
         for method in METHODS:
-            both = detectors[method, _color_of(clutter, set_name)]
+            both = detectors[method, color_of(clutter, set_name)]
             right[method] += _clutter_right(method, both, clutter, calibration, pair, true)
     report("tell the ball from clutter", len(frames), len(frames))
     return {m: {"frames": len(frames), "right": int(right[m])} for m in METHODS}
 
 
-def _color_of(recording, set_name):
+def color_of(recording: Recording, set_name: str) -> str:
     """The ball's colour in a set: sets of another ball are named after its colour."""
     return set_name if set_name in HUES else recording.ball.color
 

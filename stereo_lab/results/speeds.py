@@ -16,10 +16,11 @@ import numpy as np
 
 from stereo_lab.calibration import StereoCalibration, find_calibration
 from stereo_lab.common.threads import one_thread
-from stereo_lab.detection import BLUR_PX, HUES, BallColor, BallDetector, Detection
+from stereo_lab.detection import BLUR_PX, BallColor, BallDetector, Detection
 from stereo_lab.detection.hough import library_circle
+from stereo_lab.detection.paper import HOUGH_RADII
 from stereo_lab.recording import Recording
-from stereo_lab.results.evaluation import clutter_of, is_hit
+from stereo_lab.results.evaluation import clutter_of, color_of, is_hit
 
 Report = Callable[[str, int, int], object]
 STEPS = ("rectify", "HLS bounds", "blur", "Hough")
@@ -27,7 +28,6 @@ LOOKS = 3  # everything is timed so often; the fastest time counts
 PICTURES = 60  # of a set, evenly chosen
 OFF = 0.5  # radii from the ball to where it is expected, in a set that is no film
 FILM = "track"  # the set whose pictures follow one another: each is fed what was found in the one before
-LEAST_PX, LARGEST = 4, 0.2  # radii that the paper's chain looks for, px and part of the height
 
 
 class View(NamedTuple):
@@ -86,8 +86,9 @@ def _views(recording: Recording, names: Sequence[str]) -> Iterator[View]:
             for pair in pairs:
                 if side == "left" or pair.right_path is not None:
                     true = recording.true_ball(name, pair.name)
-                    color = name if name in HUES else recording.ball.color
-                    yield View(side, color, getattr(pair, side), None if true is None else true[side])
+                    yield View(
+                        side, color_of(recording, name), getattr(pair, side), None if true is None else true[side]
+                    )
 
 
 def _one_set(name, views, calibration, report):
@@ -147,13 +148,13 @@ class PaperChain:
 
     def timed(self, view: View) -> np.ndarray:
         """Milliseconds of each of STEPS."""
-        largest = int(LARGEST * view.image.shape[0])
+        least, largest = HOUGH_RADII[0], int(HOUGH_RADII[1] * view.image.shape[0])
         ms, both = fastest(self.calibration.rectify, view.image, view.image)
         times, picture = [ms / 2], both[0]
         for step in (
             BallColor.named(view.color).mask,
             lambda mask: cv2.GaussianBlur(mask, (BLUR_PX, BLUR_PX), 0),
-            lambda blurred: library_circle(blurred, LEAST_PX, largest),
+            lambda blurred: library_circle(blurred, least, largest),
         ):
             ms, picture = fastest(step, picture)
             times.append(ms)
