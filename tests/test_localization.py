@@ -12,7 +12,7 @@ import pytest
 from conftest import ROOT
 from stereo_lab.detection import Detection
 from stereo_lab.errors import StereoLabError
-from stereo_lab.localization import Localizer, disparities, doubt, ours, paper
+from stereo_lab.localization import Localizer, disparities, doubt, ours, paper, sphere
 from stereo_lab.recording import open_recording
 from stereo_lab.results import evaluation, figures, report
 from tests.written import assert_as_written
@@ -145,6 +145,33 @@ def test_both_pictures_must_tell_one_size(bench, bench_calibration):
         assert not same(replace(left, radius_px=share * left.radius_px), right)
         assert not same(left, replace(right, radius_px=share * right.radius_px))
     assert not same(left, replace(right, v=right.v + 0.5 * right.radius_px))
+
+
+def test_two_pictures_of_one_ball_correct_each_other(bench, bench_calibration, by_cone):
+    """A bar of the ball's lightness behind it leads the left edge astray; the right picture shows the whole rim."""
+    alone, both = [], []
+    for sample in bench.samples("evaluation")[:10]:
+        true = bench.true_ball("evaluation", sample.pair.name)
+        u, v, r = true["left"]
+        barred = sample.pair.left.copy()
+        cv2.rectangle(
+            barred, (round(u + 0.7 * r), round(v - 2 * r)), (round(u + 1.3 * r), round(v + 2 * r)), (70, 60, 70), -1
+        )
+        ball = np.zeros(barred.shape[:2], np.uint8)
+        cv2.circle(ball, (round(u), round(v)), round(r), 255, -1, cv2.LINE_AA)
+        share = ball[..., None] / 255
+        left = np.round(share * sample.pair.left + (1 - share) * barred).astype(np.uint8)
+        seen = [d.detect(image) for d, image in zip(by_cone.way.detectors, (left, sample.pair.right), strict=True)]
+        fitted = sphere.one_sphere(bench_calibration, *seen)
+        alone.append(math.dist(seen[0].center_px, true["left"][:2]))
+        both.append(math.dist(fitted[0].center_px, true["left"][:2]))
+        assert math.dist(fitted[1].center_px, true["right"][:2]) < 0.25
+    assert np.mean(both) < 0.75 * np.mean(alone)
+
+
+def test_detections_without_edges_stay_where_they_are(bench_calibration):
+    pair = Detection(320, 240, 15, 0.9), Detection(250, 241, 15, 0.9)
+    assert sphere.one_sphere(bench_calibration, *pair) == pair
 
 
 def test_a_less_sure_centre_makes_a_less_sure_place(bench_calibration, by_cone):

@@ -191,7 +191,7 @@ def _apart(circle, other):
 
 
 def _detection(cone, probability):
-    return Detection(cone.u, cone.v, cone.radius_px, float(probability), *cone.sigmas_px)
+    return Detection(cone.u, cone.v, cone.radius_px, float(probability), *cone.sigmas_px, cone)
 
 
 def _probability(logit):

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stereo_lab.errors import StereoLabError
+
+if TYPE_CHECKING:
+    from stereo_lab.detection.cone import Cone
 
 Camera = tuple[np.ndarray, np.ndarray]  # matrix (3, 3), and distortion as OpenCV orders it
 Circle = tuple[float, float, float]  # (u, v, radius), px
@@ -23,6 +27,7 @@ class Detection:
     score : float, 0…1: the probability that it is the ball; by the paper's way, which has none, its share of votes
     sigma_px, sigma_radius_px : float, standard deviations of each coordinate of the centre and of the radius;
         None by the paper's way
+    cone : Cone, the edge it was found by; None by the paper's way
     """
 
     u: float
@@ -31,6 +36,7 @@ class Detection:
     score: float
     sigma_px: float | None = None
     sigma_radius_px: float | None = None
+    cone: Cone | None = field(default=None, repr=False, compare=False)
 
     @property
     def center_px(self) -> tuple[float, float]:

@@ -13,6 +13,7 @@ from stereo_lab.detection import BALL, HUES, BallColor, BallDetector, Detection
 from stereo_lab.errors import CalibrationError, StereoLabError
 from stereo_lab.localization.doubt import CENTER_SIGMA_PX, RULER_SIGMA_MM, Doubt, fit_bench, pixel_sigma
 from stereo_lab.localization.samples import check_enough
+from stereo_lab.localization.sphere import one_sphere
 from stereo_lab.position import RigidFit
 from stereo_lab.recording import Position, Recording, Sample
 
@@ -87,7 +88,7 @@ class ConeWay:
             looks = zip(self.detectors, (left, right), near, strict=True)
             one, other = (detector.detect(image, before) for detector, image, before in looks)
             if one and other and _same_ball(self.calibration, self.diameter_mm, one, other):
-                return one, other
+                return one_sphere(self.calibration, one, other)
         return find_pair(self.calibration, self.detectors, self.diameter_mm, left, right)
 
     def position(self, left: Detection, right: Detection) -> Position:
@@ -165,7 +166,7 @@ def find_pair(
         if len(pairs) and probability.max() >= BALL:
             one, other, _ = pairs[int(probability.argmax())]
             score = float(probability.max())
-            return replace(one, score=score), replace(other, score=score)
+            return one_sphere(calibration, replace(one, score=score), replace(other, score=score))
     return None
 
 
