@@ -24,7 +24,6 @@ TOGETHER = 2.0  # neighbouring rays share pixels and err together: on rendered b
 SHARPENED_PX = 0.12  # a camera's sharpening moves the whole rim in or out
 TRIES = 80  # cones through three rays
 TURN = np.random.default_rng(2).integers(2**31, size=(TRIES, 3))
-STILL = np.zeros(3)
 TINY = 1e-11 * np.eye(3)
 
 
@@ -105,7 +104,7 @@ def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
         k = min(rounds, len(LIMITS) - 1)
         limit = max(LIMITS_PX[k], LIMITS[k] * look.r, SCATTERED * _middle_of(away[clear]))
         used = weights * np.maximum(1 - (away / limit) ** 2, 0) ** 2
-    u, v = cv2.projectPoints(axis[None, None], STILL, STILL, *look.camera)[0].ravel().tolist()
+    u, v = look.pixel(axis)
     radius = float(look.camera[0][0, 0]) * tan2**0.5
     stretch = ((tan2 + 1) ** 0.5 / z) ** 1.5  # the ellipse is longer away from the middle of the picture
     return Cone(u, v, radius * stretch, radius, look, off, weights, gap, axis, normal)

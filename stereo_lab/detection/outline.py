@@ -20,6 +20,7 @@ CLEAR, HALF = 100, 200  # squared change of light across the rim: from here it i
 COLOR_ENDS = 76  # of 255: so much less ball-like outside than inside
 GATE, FLOOR = 2.5, 0.05  # how soon a place where the ball's colour ends counts fully, and the least that a place counts
 
+STILL = np.zeros(3)
 LIGHT = (255 * (np.arange(256) / 255.0) ** 2.2).astype(np.float32)  # a lens's blur mixes light, not stored values
 LUMA = np.array([[0.114, 0.587, 0.299]], np.float32)
 CHROMA = np.arange(-128, 128).astype(np.float32) * 0.3  # JPEG's blur mixes stored colours, and widely: they count less
@@ -101,3 +102,8 @@ class Look:
         rays = np.ones((RAYS, 3))
         rays[:, :2] = cv2.undistortPoints(pixels, *self.camera)[:, 0]
         return rays / np.sqrt((rays * rays).sum(1))[:, None]
+
+    def pixel(self, ray: np.ndarray) -> tuple[float, float]:
+        """Where a ray from the camera, shape (3,), of any length, is seen: the other way round."""
+        u, v = cv2.projectPoints(ray[None, None], STILL, STILL, *self.camera)[0].ravel().tolist()
+        return u, v

@@ -7,15 +7,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import cv2
 import numpy as np
 
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.detection import Detection
-from stereo_lab.detection.cone import LIMITS, LIMITS_PX, SCATTERED, STILL
+from stereo_lab.detection.cone import LEAST_SCATTER_PX, LIMITS, LIMITS_PX, NORMAL, SCATTERED
 
 SIZE_SIGMA_PX = 0.12  # blur and sharpening move the rim: so much may the ball's radius differ between the pictures
-LEAST_SCATTER_PX, NORMAL = 0.02, 1.4826  # of the edges; a standard deviation in medians of what is left
 ROUNDS, ENOUGH_MM = 10, 0.01
 
 
@@ -45,7 +43,7 @@ def one_sphere(calibration: StereoCalibration, left: Detection, right: Detection
     places = [turn @ ball[:3] + shift for turn, shift in poses]
     if not np.isfinite(ball).all() or min(place[2] for place in places) <= 0:
         return left, right
-    (u, v), (right_u, right_v) = (_seen_at(place, cone) for place, cone in zip(places, cones, strict=True))
+    (u, v), (right_u, right_v) = (cone.look.pixel(place) for place, cone in zip(places, cones, strict=True))
     return replace(left, u=u, v=v), replace(right, u=right_u, v=right_v)
 
 
@@ -83,7 +81,3 @@ def _axis(place, radius):
     touch = np.sqrt(place @ place - radius * radius)  # how far away the rays touch it
     slopes = np.column_stack([np.eye(3) / touch - np.outer(place, place) / touch**3, place * (radius / touch**3)])
     return place / touch, slopes
-
-
-def _seen_at(place, cone):
-    return cv2.projectPoints(place[None, None], STILL, STILL, *cone.look.camera)[0].ravel().tolist()
