@@ -5,7 +5,18 @@ import pytest
 
 from conftest import skip_unless_ci
 from stereo_lab.errors import StereoLabError, UnreachableTargetError
-from stereo_lab.kinematics import JointAngles, TurretAngles, TurretArm, TwoLinkArm
+from stereo_lab.kinematics import (
+    GRAVITY_M_S2,
+    ArmWeight,
+    JointAngles,
+    TurretAngles,
+    TurretArm,
+    TwoLinkArm,
+    holding_torque_nm,
+    inertia_kg_m2,
+    worst_poses,
+    worst_torque_nm,
+)
 
 BENCH = TwoLinkArm(250.0, 200.0)
 
@@ -124,6 +135,17 @@ def test_solutions_keep_to_the_limits():
         arm.solutions(600, 0)
 
 
+def test_an_extended_arm_touches_a_ball_from_outside():
+    """The hand ends at the ball's surface, and the forearm points at its middle."""
+    arm = TwoLinkArm(250, 200, ((-165, 165), (-155, 155)))
+    for x, y in ((300.0, 120.0), (-150.0, 200.0), (90.0, -130.0)):
+        for pose in arm.extended(20.0).solutions(x, y):
+            hand = np.array(arm.forward(pose))
+            elbow = 250 * np.array([np.cos(np.radians(pose.theta1_deg)), np.sin(np.radians(pose.theta1_deg))])
+            assert np.hypot(*(hand - (x, y))) == pytest.approx(20.0, abs=1e-9)
+            assert np.hypot(*(elbow - (x, y))) == pytest.approx(220.0, abs=1e-9)  # hand between elbow and ball
+
+
 def test_jacobian_is_the_slope_of_forward():
     rng = np.random.default_rng(2)
     angles = JointAngles(*rng.uniform(-170, 170, (2, 50)))
@@ -230,3 +252,72 @@ def test_a_numeric_library_says_nothing_when_a_point_is_out_of_reach(ikpy):
     chain = ikpy(250.0, 200.0)
     theirs = chain.inverse_kinematics([600, 0, 0])
     assert np.linalg.norm(chain.forward_kinematics(theirs)[:3, 3] - [600, 0, 0]) > 100
+
+
+HEAVY = ArmWeight(90, 60, 110, 130, motor_g=160, motor_at_mm=240, elbow_g=20, hand_g=25, load_g=35)
+
+
+def parts(arm):
+    """Every mass of HEAVY as (kg, link, m from the joint that carries it)."""
+    w = arm.weight
+    return [
+        (w.link1_g / 1000, 1, w.center1_mm / 1000), (w.motor_g / 1000, 1, w.motor_at_mm / 1000),
+        (w.elbow_g / 1000, 1, arm.l1_mm / 1000), (w.link2_g / 1000, 2, w.center2_mm / 1000),
+        ((w.hand_g + w.load_g) / 1000, 2, arm.l2_mm / 1000),
+    ]  # fmt: skip
+
+
+def height_energy_j(arm, theta1_deg, theta2_deg):
+    """Potential energy, each part by its height."""
+    one, both = np.radians(theta1_deg), np.radians(theta1_deg + theta2_deg)
+    heights = [
+        (kg, m * np.sin(one) if link == 1 else arm.l1_mm / 1000 * np.sin(one) + m * np.sin(both))
+        for kg, link, m in parts(arm)
+    ]
+    return GRAVITY_M_S2 * sum(kg * height for kg, height in heights)
+
+
+def test_holding_torque_is_the_slope_of_the_energy():
+    """Turning a joint by a little lifts the parts: the work is torque times angle."""
+    arm = TwoLinkArm(250.0, 200.0, weight=HEAVY)
+    rng = np.random.default_rng(3)
+    for one, other in rng.uniform(-180, 180, (20, 2)):
+        told = holding_torque_nm(arm, JointAngles(float(one), float(other)))
+        turn = 1e-4
+        for joint, (by1, by2) in enumerate([(turn, 0), (0, turn)]):
+            work = height_energy_j(arm, one + by1, other + by2) - height_energy_j(arm, one - by1, other - by2)
+            assert told[joint] == pytest.approx(work / np.radians(2 * turn), abs=1e-6)
+
+
+def test_inertia_is_the_energy_of_motion():
+    """Half of θ'ᵀ·M·θ' is the energy of all parts by their speeds, and of the rods' own turning."""
+    arm = TwoLinkArm(250.0, 200.0, weight=HEAVY)
+    rng = np.random.default_rng(4)
+    for one, other, speed1, speed2 in rng.uniform(-3, 3, (20, 4)):
+        both, energy = one + other, 0.0
+        for kg, link, m in parts(arm):
+            along = 1j * np.exp(1j * one) * speed1
+            v = along * m if link == 1 else along * 0.25 + 1j * np.exp(1j * both) * (speed1 + speed2) * m
+            energy += kg * abs(v) ** 2 / 2
+        energy += 0.09 * 0.25**2 / 12 * speed1**2 / 2 + 0.06 * 0.2**2 / 12 * (speed1 + speed2) ** 2 / 2
+        m11, m12, m22 = inertia_kg_m2(arm, float(np.degrees(other)))
+        assert energy == pytest.approx((m11 * speed1**2 + 2 * m12 * speed1 * speed2 + m22 * speed2**2) / 2)
+
+
+def test_the_worst_pose_is_stretched_sideways_or_as_near_as_the_limits_let_it():
+    assert worst_poses(BENCH) == (JointAngles(0.0, 0.0), JointAngles(0.0, 0.0))
+    upright = TwoLinkArm(250.0, 200.0, ((60.0, 120.0), (-20.0, 20.0)))
+    assert worst_poses(upright)[0] in (JointAngles(60.0, -20.0), JointAngles(120.0, 20.0))
+    poses = JointAngles(*np.random.default_rng(5).uniform((60, -20), (120, 20), (1000, 2)).T)
+    for told, worst in zip(holding_torque_nm(upright, poses), worst_torque_nm(upright), strict=True):
+        assert np.abs(told).max() <= worst + 1e-12
+
+
+def test_by_hand_a_hundred_grams_at_a_tenth_of_a_metre():
+    bare = ArmWeight(0, 0, motor_g=0, elbow_g=0, hand_g=0, load_g=100)
+    assert holding_torque_nm(TwoLinkArm(100.0, 100.0, weight=bare), JointAngles(0, 0)) == pytest.approx(
+        (0.1962, 0.0981)
+    )
+    assert holding_torque_nm(TwoLinkArm(100.0, 100.0, weight=bare), JointAngles(90, 0)) == pytest.approx(
+        (0, 0), abs=1e-12
+    )

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from stereo_lab.errors import RecordingError, StereoLabError
+from stereo_lab.kinematics import ArmWeight
 from stereo_lab.recording import Board, import_images, open_recording, read_image
 
 FACTS = {
@@ -47,6 +48,15 @@ def test_samples_are_read(small):
 def test_missing_arm_means_the_shipped_one(small):
     recording = open_recording(small)
     assert recording.arm_is_shipped and recording.arm.l1_mm == 250
+
+
+def test_an_arms_masses_are_read_and_the_rest_is_a_light_build(small):
+    arm = {"l1_mm": 250, "l2_mm": 200, "depth_mm": 1000, "link1_g": 70, "center1_mm": 90, "load_g": 0}
+    rewrite(small, arm=arm)
+    assert open_recording(small).arm.weight == ArmWeight(link1_g=70, center1_mm=90, load_g=0)
+    rewrite(small, arm={**arm, "hand_g": -1})
+    with pytest.raises(RecordingError, match="hand_g: expected a number from 0 to 100,000 g, got -1"):
+        open_recording(small)
 
 
 def test_spreadsheet_table_is_read(small):

@@ -12,6 +12,7 @@ LENGTHS_MM = (0.001, 100_000.0)  # a square given in metres is still told so by 
 FEWEST_CORNERS, MOST_CORNERS = 3, 100  # OpenCV needs three each way; a picture cannot show a hundred sharply
 PICTURE_PX = (8, 20_000)  # one side; see also LARGEST_PICTURE in pictures.py
 PICTURES_A_SECOND = (0.001, 1_000.0)  # from one in a quarter of an hour to the fastest webcam ten times over
+MOST_GRAMS = 100_000.0  # of a part of an arm
 TURNS_DEG = (-3_600.0, 3_600.0)  # ten turns each way
 COLORS = ("red", "orange", "yellow", "green", "blue")
 

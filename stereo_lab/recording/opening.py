@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import os
 import reprlib
+from dataclasses import fields
 from pathlib import Path
 
 from stereo_lab.common.files import check_format, read_json
 from stereo_lab.errors import RecordingError, StereoLabError
-from stereo_lab.kinematics import TwoLinkArm
+from stereo_lab.kinematics import ArmWeight, TwoLinkArm
 from stereo_lab.recording.bounds import (
     COLORS,
+    LENGTHS_MM,
+    MOST_GRAMS,
     PICTURE_PX,
     PICTURES_A_SECOND,
     TURNS_DEG,
@@ -114,7 +117,7 @@ def _parse_other(facts, where):
     return None if name is None else plain_name(name, f"{where}, calibrated_by")
 
 
-SHIPPED_ARM = {"l1_mm": 250, "l2_mm": 200, "depth_mm": 1000, "theta1_deg": [-180, 180], "theta2_deg": [-160, 160]}
+SHIPPED_ARM = {"l1_mm": 250, "l2_mm": 200, "depth_mm": 1000, "theta1_deg": [-165, 165], "theta2_deg": [-155, 155]}
 
 
 def _parse_arm(facts, where):
@@ -127,7 +130,18 @@ def _parse_arm(facts, where):
             raise RecordingError(f"{where}, arm {joint}: expected [low, high] in degrees, got {reprlib.repr(turns)}.")
         limits.append((low, high))
     lengths = [length_mm(arm.get(k), f"{where}, arm {k}") for k in ("l1_mm", "l2_mm", "depth_mm")]
-    return TwoLinkArm(*lengths[:2], tuple(limits)), lengths[2]
+    return TwoLinkArm(*lengths[:2], tuple(limits), _parse_weight(arm, where)), lengths[2]
+
+
+def _parse_weight(arm, where):
+    """Masses and where they sit; what is not told is that of a light build."""
+    room = {"g": (0, MOST_GRAMS), "mm": (-LENGTHS_MM[1], LENGTHS_MM[1])}
+    told = [part.name for part in fields(ArmWeight) if part.name in arm]
+    units = [name.rpartition("_")[2] for name in told]
+    sizes = [
+        number_in(arm[name], f"{where}, arm {name}", *room[unit], unit) for name, unit in zip(told, units, strict=True)
+    ]
+    return ArmWeight(**dict(zip(told, sizes, strict=True)))
 
 
 def _section(facts, key, where):

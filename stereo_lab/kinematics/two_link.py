@@ -1,34 +1,17 @@
-"""Lesson 05: from a point to the joint angles of an arm, and back.
-
-Both joints of the two-link arm turn in the bench's x-y plane; the origin is the shoulder. Angles grow
-counter-clockwise, as the cameras see it.
-"""
+"""The paper's arm: two links in a plane, from a point to the joint angles and back."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stereo_lab.errors import StereoLabError, UnreachableTargetError
+from stereo_lab.kinematics.angles import JointAngles, points, within, wrap
+from stereo_lab.kinematics.weight import ArmWeight
 
 ROUNDING = 1e-12  # how far a cosine may leave -1..1 by rounding alone
-ANGLE_ROUNDING_DEG = 1e-9  # an angle this far beyond a limit is at the limit
-
-
-@dataclass(frozen=True)
-class JointAngles:
-    """Both joint angles of an arm, or arrays of them.
-
-    Attributes
-    ----------
-    theta1_deg : float or ndarray, of the shoulder, from the x axis
-    theta2_deg : float or ndarray, of the elbow, from the first link
-    """
-
-    theta1_deg: float | np.ndarray
-    theta2_deg: float | np.ndarray
 
 
 @dataclass(frozen=True)
@@ -39,6 +22,7 @@ class TwoLinkArm:
     ----------
     l1_mm, l2_mm : float, lengths of the links, above zero
     limits_deg : ((low, high), (low, high)), how far shoulder and elbow can turn
+    weight : ArmWeight, what its parts weigh and where
 
     Raises
     ------
@@ -49,6 +33,7 @@ class TwoLinkArm:
     l1_mm: float
     l2_mm: float
     limits_deg: tuple[tuple[float, float], tuple[float, float]] = ((-180.0, 180.0), (-180.0, 180.0))
+    weight: ArmWeight = field(default_factory=ArmWeight)
 
     def __post_init__(self):
         if not all(np.isfinite(link) and link > 0 for link in (self.l1_mm, self.l2_mm)):
@@ -107,13 +92,13 @@ class TwoLinkArm:
         """
         if elbow not in ("down", "up"):
             raise StereoLabError(f'elbow: expected "down" or "up", got {elbow!r}.')
-        x, y = _points(x_mm, y_mm)
+        x, y = points(x_mm, y_mm)
         sine, cosine = self._elbow(np.hypot(x, y), 1 if elbow == "down" else -1)
         if cosine.ndim == 0 and np.isnan(cosine):
             raise UnreachableTargetError(self._out_of_reach(float(x), float(y)))
         theta1 = np.arctan2(y, x) - np.arctan2(self.l2_mm * sine, self.l1_mm + self.l2_mm * cosine)
         theta1 = np.where((x == 0) & (y == 0) & ~np.isnan(cosine), 0.0, theta1)
-        theta1_deg, theta2_deg = _wrap(np.degrees(theta1)), np.degrees(np.arctan2(sine, cosine))
+        theta1_deg, theta2_deg = wrap(np.degrees(theta1)), np.degrees(np.arctan2(sine, cosine))
         if cosine.ndim == 0:
             return JointAngles(float(theta1_deg), float(theta2_deg))
         return JointAngles(theta1_deg, theta2_deg)
@@ -141,13 +126,24 @@ class TwoLinkArm:
             )
         return allowed
 
+    def extended(self, by_mm: float) -> TwoLinkArm:
+        """The same arm with a longer forearm: where its tip is in the middle of a ball, the hand touches the ball.
+
+        Parameters
+        ----------
+        by_mm : float
+            The ball's radius. The forearm then points at the ball's middle, and the hand ends at its near surface;
+            more than the radius leaves a gap.
+
+        Returns
+        -------
+        TwoLinkArm
+        """
+        return replace(self, l2_mm=self.l2_mm + by_mm)
+
     def within_limits(self, angles: JointAngles) -> bool | np.ndarray:
         """Whether joint angles are within the limits: bool, or an array of them."""
-        within: bool | np.ndarray = True
-        for angle, (low, high) in zip((angles.theta1_deg, angles.theta2_deg), self.limits_deg, strict=True):
-            angle = np.asarray(angle, float)
-            within = within & (angle >= low - ANGLE_ROUNDING_DEG) & (angle <= high + ANGLE_ROUNDING_DEG)
-        return bool(within) if np.ndim(within) == 0 else within
+        return within((angles.theta1_deg, angles.theta2_deg), self.limits_deg)
 
     def jacobian(self, angles: JointAngles) -> np.ndarray:
         """How far the hand moves for each degree of each joint.
@@ -187,103 +183,6 @@ class TwoLinkArm:
             f"The point ({x:.1f}, {y:.1f}) mm is {distance:.1f} mm from the shoulder; "
             f"the hand reaches from {near:.1f} to {far:.1f} mm. It is {gap:.3g} mm out of reach."
         )
-
-
-@dataclass(frozen=True)
-class TurretAngles:
-    """The three angles of a turret arm, or arrays of them.
-
-    Attributes
-    ----------
-    turret_deg : float or ndarray, the turret's turn about the bench's y axis
-    theta1_deg, theta2_deg : float or ndarray, shoulder and elbow of the arm on it
-    """
-
-    turret_deg: float | np.ndarray
-    theta1_deg: float | np.ndarray
-    theta2_deg: float | np.ndarray
-
-
-@dataclass(frozen=True)
-class TurretArm:
-    """A two-link arm on a turntable: the plane of the arm is carried round the upright y axis.
-
-    At 0° the arm's plane is the bench's x-y plane. Seen from above the turret turns
-    counter-clockwise, so that at 90° the arm points away from the cameras, along −z.
-
-    Parameters
-    ----------
-    plane : TwoLinkArm
-    turret_limits_deg : (low, high)
-    """
-
-    plane: TwoLinkArm
-    turret_limits_deg: tuple[float, float] = (-180.0, 180.0)
-
-    def forward(self, angles: TurretAngles) -> tuple[float | np.ndarray, float | np.ndarray, float | np.ndarray]:
-        """Angles to the place of the hand in the bench frame.
-
-        Parameters
-        ----------
-        angles : TurretAngles, of scalars or of arrays
-
-        Returns
-        -------
-        x_mm, y_mm, z_mm : float or ndarray
-        """
-        out_mm, y_mm = self.plane.forward(JointAngles(angles.theta1_deg, angles.theta2_deg))
-        turret = np.radians(angles.turret_deg)
-        return out_mm * np.cos(turret), y_mm, -out_mm * np.sin(turret)
-
-    def inverse(self, x_mm: ArrayLike, y_mm: ArrayLike, z_mm: ArrayLike, elbow: str = "down") -> TurretAngles:
-        """Place of the hand in the bench frame to the three angles.
-
-        The turret looks at the point; what is left is a point in the arm's own plane,
-        √(x² + z²) out and y up.
-
-        Returns
-        -------
-        TurretAngles
-            Arrays give arrays, with NaN where the point is out of reach. On the turret's axis every
-            turret angle is right; 0 is given.
-
-        Raises
-        ------
-        UnreachableTargetError
-            If a single point is out of reach.
-        """
-        x, z = _points(x_mm, z_mm)
-        pose = self.plane.inverse(np.hypot(x, z), y_mm, elbow)
-        turret_deg = np.where(np.isnan(pose.theta1_deg), np.nan, _wrap(np.degrees(np.arctan2(-z, x))))
-        turret_deg = np.where((x == 0) & (z == 0) & ~np.isnan(turret_deg), 0.0, turret_deg)
-        if turret_deg.ndim == 0:
-            return TurretAngles(float(turret_deg), pose.theta1_deg, pose.theta2_deg)
-        return TurretAngles(turret_deg, pose.theta1_deg, pose.theta2_deg)
-
-    def within_limits(self, angles: TurretAngles) -> bool | np.ndarray:
-        """Whether turret and joints are within their limits."""
-        low, high = self.turret_limits_deg
-        turret = np.asarray(angles.turret_deg, float)
-        turns = (turret >= low - ANGLE_ROUNDING_DEG) & (turret <= high + ANGLE_ROUNDING_DEG)
-        within = turns & self.plane.within_limits(JointAngles(angles.theta1_deg, angles.theta2_deg))
-        return bool(within) if np.ndim(within) == 0 else within
-
-
-def _points(x, y):
-    """Two coordinates as float arrays of one shape; a single point must be finite."""
-    try:
-        x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
-    except (TypeError, ValueError):
-        raise StereoLabError(f"Expected coordinates in mm as numbers; got {x!r} and {y!r}.") from None
-    if x.ndim == 0 and not (np.isfinite(x) and np.isfinite(y)):
-        raise StereoLabError(f"Expected coordinates in mm as finite numbers; got {x} and {y}.")
-    return x, y
-
-
-def _wrap(angle_deg):
-    """Angles in (−180, 180]."""
-    angle = np.asarray(angle_deg, float)
-    return np.where(angle > 180, angle - 360, np.where(angle <= -180, angle + 360, angle))
 
 
 def _span(limits):
