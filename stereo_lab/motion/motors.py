@@ -1,19 +1,17 @@
-"""What a cheap gear motor does (friction, inertia, backlash, an encoder that counts), and how to measure it.
+"""What a cheap gear motor does: friction, inertia, load, backlash, an encoder that counts.
 
-Degrees at the joint, degrees per second, volts; plus is counter-clockwise. The virtual arm and lesson 06
-turn these motors; numbers of real ones: FIT0450 (6 V, 1920 counts a turn) and Pololu 37D data sheets.
+Degrees at the joint, degrees per second, volts, N·m; plus is counter-clockwise. The virtual arm and lesson 06
+turn these motors; their numbers are those of a FIT0521 (6 V, 210 turns a minute, 10 kgf·cm and 3.2 A when it is held,
+1364.8 edges a turn) behind a belt of 3:1.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-
-from stereo_lab.errors import StereoLabError
 
 STICTION = 1.15  # a motor at rest needs this many times the voltage that keeps it turning
 
@@ -22,70 +20,127 @@ STICTION = 1.15  # a motor at rest needs this many times the voltage that keeps 
 class Motor:
     """A DC gear motor with encoder, as cheap ones are.
 
-    τ·dω/dt = k·(V − V₀) − ω while it turns, with the friction's dead band V₀ against the motion.
+    τ·dω/dt = k·(V + Q/κ − F) − ω while it turns. A load Q is like a voltage Q/κ. The friction F, against the motion, is
+    the dead band V₀ and a part of the load besides, for gears that are pressed together rub.
 
     Attributes
     ----------
     speed_per_volt : float, k, degrees per second for each volt above the dead band
     dead_band_v : (counter-clockwise, clockwise), V₀ in volts, both above zero
-    time_constant_s : float, τ
+    time_constant_s : float, τ, without an arm on it
     backlash_deg : float, play between motor and link; the encoder sits on the motor and does not see it
     supply_v : float, no more than this reaches the motor
     counts_per_turn : float, of the encoder, on a turn of the joint
+    torque_per_volt : float, κ, N·m at the joint for each volt, held still
+    gear_loss : float, the part of a load that friction takes besides
+    resistance_ohm : float, of the winding
+    current_limit_a : float, no more than this flows: the driver or the supply ends it
+    rated_nm : float, what it may hold for long
     """
 
-    speed_per_volt: float = 200.0
-    dead_band_v: tuple[float, float] = (1.2, 1.6)
+    speed_per_volt: float = 75.0
+    dead_band_v: tuple[float, float] = (0.4, 0.55)
     time_constant_s: float = 0.06
     backlash_deg: float = 1.0
     supply_v: float = 6.0
-    counts_per_turn: float = 1920.0
+    counts_per_turn: float = 4094.4
+    torque_per_volt: float = 0.46
+    gear_loss: float = 0.1
+    resistance_ohm: float = 1.9
+    current_limit_a: float = math.inf
+    rated_nm: float = 0.55
 
     @classmethod
     def random(cls, rng: np.random.Generator) -> Motor:
         """One of a batch: ±15 % in speed, ±25 % in dead band, the other direction 1.1 to 1.6 times worse."""
-        dead_band = 1.2 * rng.uniform(0.75, 1.25)
+        dead_band = 0.4 * rng.uniform(0.75, 1.25)
         return cls(
-            speed_per_volt=200.0 * rng.uniform(0.85, 1.15),
+            speed_per_volt=75.0 * rng.uniform(0.85, 1.15),
             dead_band_v=(dead_band, dead_band * rng.uniform(1.1, 1.6)),
             time_constant_s=rng.uniform(0.03, 0.1),
         )
 
+    @property
+    def inertia_kg_m2(self) -> float:
+        """What turns in it, as felt at the joint: J = κ·τ/k."""
+        return self.torque_per_volt * self.time_constant_s / math.radians(self.speed_per_volt)
 
-def advance(motor: Motor, position_deg: float, speed_deg_s: float, volts: float, seconds: float) -> tuple[float, float]:
-    """Let a motor turn for some time under one voltage; exact, by the solution of its equation.
+    @property
+    def torque_per_amp(self) -> float:
+        """The torque constant at the joint, N·m for each ampere: κ·R."""
+        return self.torque_per_volt * self.resistance_ohm
+
+    @property
+    def stall_nm(self) -> float:
+        """The most that it can give, at its supply or at the limit of its current."""
+        return min(self.torque_per_volt * self.supply_v, self.torque_per_amp * self.current_limit_a)
+
+    def current_a(self, volts: float, speed_deg_s: float) -> float:
+        """What flows: the voltage, less what the turning motor makes itself, over the resistance."""
+        return (volts - speed_deg_s / self.speed_per_volt) / self.resistance_ohm
+
+    def reaching_v(self, volts: float, speed_deg_s: float) -> float:
+        """What of a voltage reaches the motor: not more than the supply has, and no more current than its limit."""
+        volts = min(max(volts, -self.supply_v), self.supply_v)
+        own, most = speed_deg_s / self.speed_per_volt, self.current_limit_a * self.resistance_ohm
+        return min(max(volts, own - most), own + most)
+
+
+def advance(
+    motor: Motor,
+    position_deg: float,
+    speed_deg_s: float,
+    volts: float | None,
+    seconds: float,
+    load_nm: float = 0.0,
+    inertia_kg_m2: float = 0.0,
+) -> tuple[float, float]:
+    """Let a motor turn for some time under one voltage and one load; exact, by the solution of its equation.
 
     At zero volts the motor is short-circuited, which brakes it.
 
     Parameters
     ----------
     position_deg, speed_deg_s : float, of the motor before
-    volts : float; more than the supply has is cut down to it
+    volts : float; more than the supply has is cut down to it. None: no current flows, nothing brakes but friction
     seconds : float, for how long
+    load_nm : float, torque on the joint from outside; plus turns it counter-clockwise
+    inertia_kg_m2 : float, of what the joint carries
 
     Returns
     -------
     position_deg, speed_deg_s : float
     """
-    if abs(volts) > motor.supply_v:
-        volts = math.copysign(motor.supply_v, volts)
+    pull = load_nm / motor.torque_per_volt
+    push = pull + (0.0 if volts is None else motor.reaching_v(volts, speed_deg_s))
     if speed_deg_s == 0.0:
-        dead_band = motor.dead_band_v[int(volts < 0)]
-        if abs(volts) <= STICTION * dead_band:
+        way = 1.0 if push > 0 else -1.0
+        if abs(push) <= STICTION * (motor.dead_band_v[int(push < 0)] + motor.gear_loss * abs(pull)):
             return position_deg, 0.0
-        way = 1.0 if volts > 0 else -1.0
     else:
         way = 1.0 if speed_deg_s > 0 else -1.0
-        dead_band = motor.dead_band_v[int(way < 0)]
-    tau = motor.time_constant_s
-    final = motor.speed_per_volt * (volts - way * dead_band)  # the speed it would settle at
-    left = math.exp(-seconds / tau)
-    speed = final + (speed_deg_s - final) * left
+    tau = motor.time_constant_s * (1 + inertia_kg_m2 / motor.inertia_kg_m2)
+    final = motor.speed_per_volt * (push - way * (motor.dead_band_v[int(way < 0)] + motor.gear_loss * abs(pull)))
+    turned, speed = _turn(speed_deg_s, final, tau, seconds, volts is None)
     if speed * way >= 0:
-        return position_deg + final * seconds + (speed_deg_s - final) * tau * (1 - left), speed
-    until = tau * math.log(1 - speed_deg_s / final)  # it comes to rest before the time is over
-    position_deg += final * until + speed_deg_s * tau
-    return advance(motor, position_deg, 0.0, volts, seconds - until)
+        return position_deg + turned, speed
+    until = (
+        -speed_deg_s * tau / final if volts is None else tau * math.log(1 - speed_deg_s / final)
+    )  # it comes to rest then
+    position_deg += _turn(speed_deg_s, final, tau, until, volts is None)[0]
+    return advance(motor, position_deg, 0.0, volts, seconds - until, load_nm, inertia_kg_m2)
+
+
+def _turn(speed_deg_s, final_deg_s, tau, seconds, free):
+    """How far a motor turns and how fast it is then, if it does not come to rest before; free: no current brakes it."""
+    if free:
+        speed = speed_deg_s + final_deg_s / tau * seconds
+        return (speed_deg_s + speed) / 2 * seconds, speed
+    left = math.exp(-seconds / tau)
+    return (
+        final_deg_s * seconds + (speed_deg_s - final_deg_s) * tau * (1 - left),
+        final_deg_s + (speed_deg_s - final_deg_s) * left,
+    )
 
 
 def drag_link(link_deg: float, motor_deg: float, backlash_deg: float) -> float:
@@ -121,172 +176,3 @@ def polled_counts(motor: Motor, position_deg_N: ArrayLike) -> tuple[np.ndarray, 
     moved = np.diff(edges) % 4
     told = np.array([0, 1, 0, -1])[moved]
     return np.concatenate([[0], np.cumsum(told)]), int(np.sum(moved == 2))
-
-
-def push_of(motor: Motor) -> Callable[[float, float], float]:
-    """A ``push(volts, seconds)`` for :func:`calibrate_motor` from a motor model, read through its encoder."""
-    position = 0.0
-
-    def push(volts, seconds):
-        nonlocal position
-        before = encoder_count(motor, position)
-        position, speed = advance(motor, position, 0.0, volts, seconds)
-        position, _ = advance(motor, position, speed, 0.0, 2.0)
-        return (encoder_count(motor, position) - before) * 360 / motor.counts_per_turn
-
-    return push
-
-
-@dataclass(frozen=True, eq=False)
-class DirectionFit:
-    """One direction of one motor, from measurements only.
-
-    A push from rest with V volts for T seconds settles at w = k·(V − V₀) degrees per second. Until it
-    is at rest again the joint turns by
-
-    w·T − k·V₀·τ·ln(1 + w₁/(k·V₀)),  w₁ = w·(1 − exp(−T/τ)), the speed when the push ends.
-
-    Attributes
-    ----------
-    starts_at_v : float, the lowest voltage that turns it from rest
-    dead_band_v : float, V₀, what friction takes while it turns
-    speed_per_volt : float, k
-    time_constant_s : float, τ
-    residuals_deg : ndarray
-    """
-
-    starts_at_v: float
-    dead_band_v: float
-    speed_per_volt: float
-    time_constant_s: float
-    residuals_deg: np.ndarray
-
-    @classmethod
-    def fit(cls, starts_at_v: float, volts_N: ArrayLike, seconds_N: ArrayLike, turned_deg_N: ArrayLike) -> DirectionFit:
-        """Least squares by Gauss-Newton steps on k, V₀ and τ; all values are taken without their sign.
-
-        Raises
-        ------
-        StereoLabError
-            With fewer than four pushes, or pushes that no motor makes.
-        """
-        volts, seconds, turned = (np.abs(np.asarray(a, float)) for a in (volts_N, seconds_N, turned_deg_N))
-        if len(volts) < 4 or len(np.unique(volts)) < 2 or len(np.unique(seconds)) < 2:
-            raise StereoLabError("Expected four pushes or more, of two voltages and two lengths at least.")
-        speed = turned / seconds
-        k = max(np.polyfit(volts, speed, 1)[0], 1.0)
-        guess = np.array([k, 0.8 * starts_at_v, 0.05])
-        turns = lambda k, dead_band_v, tau: push_turns_deg(k, dead_band_v, tau, volts, seconds)
-        for _ in range(30):
-            model = turns(*guess)
-            slopes = []
-            for j in range(3):
-                nudged = guess.copy()
-                nudged[j] *= 1.0001
-                slopes.append((turns(*nudged) - model) / (guess[j] * 0.0001))
-            step = np.linalg.lstsq(np.column_stack(slopes), turned - model, rcond=None)[0]
-            guess = np.clip(guess + step, guess * 0.5, guess * 2)
-        residuals = turns(*guess) - turned
-        if not np.isfinite(residuals).all() or np.abs(residuals).max() > 0.2 * turned.max():
-            raise StereoLabError(
-                "The pushes do not fit together: the joint turned by "
-                + ", ".join(f"{t:.1f}" for t in turned)
-                + " degrees. Does it touch something, or slip?"
-            )
-        k, dead_band, tau = (float(v) for v in guess)
-        return cls(float(starts_at_v), min(dead_band, float(starts_at_v)), k, tau, residuals)
-
-
-@dataclass(frozen=True)
-class MotorCalibration:
-    """Both directions of one motor.
-
-    Attributes
-    ----------
-    ccw, cw : DirectionFit, counter-clockwise and clockwise
-    """
-
-    ccw: DirectionFit
-    cw: DirectionFit
-
-    @property
-    def speed_per_volt(self) -> float:
-        """Mean k of both directions."""
-        return (self.ccw.speed_per_volt + self.cw.speed_per_volt) / 2
-
-    @property
-    def time_constant_s(self) -> float:
-        """Mean τ of both directions."""
-        return (self.ccw.time_constant_s + self.cw.time_constant_s) / 2
-
-    def direction(self, way: float) -> DirectionFit:
-        """The fit of the direction of ``way``: plus is counter-clockwise."""
-        return self.ccw if way >= 0 else self.cw
-
-
-def push_turns_deg(
-    speed_per_volt: float,
-    dead_band_v: float,
-    time_constant_s: float,
-    volts: float | np.ndarray,
-    seconds: float | np.ndarray,
-) -> float | np.ndarray:
-    """How far a push from rest turns the joint, until it is at rest again (see :class:`DirectionFit`)."""
-    w = speed_per_volt * np.maximum(volts - dead_band_v, 0)
-    ends = w * (1 - np.exp(-seconds / time_constant_s))
-    friction = speed_per_volt * dead_band_v
-    return w * seconds - friction * time_constant_s * np.log1p(ends / friction)
-
-
-def calibrate_motor(push: Callable[[float, float], float], supply_v: float, least_deg: float = 0.5) -> MotorCalibration:
-    """Measure a motor by pushing it: in each direction its lowest voltage, then some pushes to fit.
-
-    Parameters
-    ----------
-    push : function(volts, seconds) -> degrees turned until at rest
-    supply_v : float, the largest voltage there is
-    least_deg : float, less than this counts as not turning
-
-    Returns
-    -------
-    MotorCalibration
-
-    Raises
-    ------
-    StereoLabError
-        If the motor does not turn, or turns the wrong way.
-    """
-    starts = [_lowest_voltage(push, way, supply_v, least_deg) for way in (1, -1)]
-    rows: dict[int, list[tuple[float, float, float]]] = {1: [], -1: []}
-    for extra, seconds in ((0.5, 0.15), (0.5, 0.3), (1.0, 0.15), (1.0, 0.25), (1.4, 0.2)):
-        for way, start in zip((1, -1), starts, strict=True):
-            volts = min(start + extra, supply_v)
-            rows[way].append((volts, seconds, push(way * volts, seconds)))
-    fits = [DirectionFit.fit(start, *zip(*rows[way], strict=True)) for way, start in zip((1, -1), starts, strict=True)]
-    return MotorCalibration(*fits)
-
-
-def _lowest_voltage(push, way, supply_v, least_deg):
-    """Halve the gap between a voltage that does not turn the motor and one that does."""
-    still, turns = 0.0, 0.25
-    while True:
-        turned = push(way * turns, 0.1)
-        if turned * way < -least_deg:
-            raise StereoLabError(
-                f"A push of {way * turns:.2f} V turned the joint by {turned:.1f} degrees, the wrong way. "
-                "Swap the two wires of the motor, or the two of its encoder."
-            )
-        if abs(turned) >= least_deg:
-            break
-        still, turns = turns, turns + 0.25
-        if turns > supply_v:
-            raise StereoLabError(
-                f"The joint does not turn, not even with {still:.2f} V. Is the motor's supply switched on?"
-            )
-    while turns - still > 0.02:
-        middle = (still + turns) / 2
-        if abs(push(way * middle, 0.1)) >= least_deg:
-            turns = middle
-        else:
-            still = middle
-    return turns

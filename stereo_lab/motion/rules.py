@@ -14,12 +14,16 @@ from typing import Protocol
 
 import numpy as np
 
-from stereo_lab.motion.motors import Motor, MotorCalibration, advance, encoder_count
+from stereo_lab.motion.measuring import MotorCalibration
+from stereo_lab.motion.motors import Motor, advance, encoder_count
 
 TICK_S = 0.002  # the controller looks and acts 500 times a second
 ARRIVED_COUNTS = 0.6  # a goal lies half a count beside the nearest one at most; a little more is there
 REST_TICKS = 6  # so long must the encoder stand still
+LAG_DEG = 10.0  # the plan waits for a joint that is so far behind
 KICK_V = 0.02  # what is added with every tick for a motor that is stuck
+KEPT = 0.5  # of what a kick had to add is a load
+MOST_LOAD_V = 2.0  # a load that needs more than so many volts is not held
 
 
 @dataclass(frozen=True)
@@ -33,14 +37,14 @@ class Tuning:
     counts_per_turn : float, of the encoder
     """
 
-    speed_per_volt: float = 200.0
+    speed_per_volt: float = 75.0
     time_constant_s: float = 0.06
-    dead_band_v: tuple[float, float] = (1.2, 1.6)
-    starts_at_v: tuple[float, float] = (1.4, 1.85)
-    counts_per_turn: float = 1920.0
+    dead_band_v: tuple[float, float] = (0.4, 0.55)
+    starts_at_v: tuple[float, float] = (0.46, 0.65)
+    counts_per_turn: float = 4094.4
 
     @classmethod
-    def of(cls, calibration: MotorCalibration, counts_per_turn: float = 1920.0) -> Tuning:
+    def of(cls, calibration: MotorCalibration, counts_per_turn: float = 4094.4) -> Tuning:
         """From a :class:`MotorCalibration`."""
         return cls(
             calibration.speed_per_volt,
@@ -96,10 +100,10 @@ def slow_down_volts(left_deg: float, zone_deg: float, fast_v: float, slow_v: flo
 def slow_zone_deg(time_constant_s: float, cruise_deg_s: float) -> float:
     """A slow zone that suits the motor.
 
-    A motor sheds its speed with the time constant τ, and turns by up to τ·ω degrees meanwhile. Twice
-    that leaves room to settle at the slow speed.
+    A motor sheds its speed with the time constant τ, and turns by up to τ·ω degrees meanwhile. Half as much again
+    leaves room to settle at the slow speed; more costs time, for there it creeps.
     """
-    return 2 * time_constant_s * cruise_deg_s
+    return 1.5 * time_constant_s * cruise_deg_s
 
 
 def trapezoid_step(
@@ -186,10 +190,18 @@ class SlowDownRule:
 
 
 class Profile:
-    """One move along a trapezoid, held by feed-forward and feedback; :meth:`volts` is asked once every tick.
+    """One move along a trapezoid, held by feed-forward and feedback, and then its end, held against the arm's weight.
 
-    A motor that friction holds, on the way or a few counts beside the goal, is kicked: with the voltage
-    that starts it and a little more with every tick, until the encoder moves.
+    :meth:`volts` is asked once every tick. A motor that friction holds, on the way or beside the goal, is kicked: with the
+    voltage that starts it and a little more with every tick, until the encoder moves. Had the kick to add much, there is
+    a load that nobody told of: a part of it is kept.
+
+    Attributes
+    ----------
+    done : bool, whether the joint is at its goal and at rest
+    planned_deg, speed_deg_s, speeding_up_deg_s2 : float, where the plan is, how fast, and how that changes
+    held_v : float, what holds the joint where it is: its weight as far as it is known, and what was learned on the way
+    kick_v : float, what the kick under way has added
     """
 
     def __init__(
@@ -199,10 +211,12 @@ class Profile:
         goal_deg: float,
         cruise_deg_s: float = 180.0,
         acceleration_deg_s2: float = 1000.0,
+        load_v: float = 0.0,
     ) -> None:
         self.tuning = tuning
-        self.planned_deg, self.speed_deg_s, self.integral_v = start_deg, 0.0, 0.0
-        self._rest, self.kick_v = _Rest(start_deg), 0.0
+        self.planned_deg, self.speed_deg_s, self.speeding_up_deg_s2 = start_deg, 0.0, 0.0
+        self.load_v = load_v
+        self._rest, self.kick_v, self.held_v = _Rest(start_deg), 0.0, load_v
         self.retarget(goal_deg, cruise_deg_s, acceleration_deg_s2)
 
     def retarget(self, goal_deg: float, cruise_deg_s: float, acceleration_deg_s2: float) -> None:
@@ -210,37 +224,45 @@ class Profile:
         self.goal_deg, self.done = goal_deg, False
         self.cruise_deg_s, self.acceleration_deg_s2 = cruise_deg_s, acceleration_deg_s2
 
-    def volts(self, measured_deg: float) -> float:
-        """The voltage for the next tick; 0 brakes."""
+    def volts(self, measured_deg: float, weight_v: float = 0.0) -> float:
+        """The voltage for the next tick. ``weight_v``: what holds the arm's weight in this pose, as far as it is known."""
         before = self.speed_deg_s
-        self.planned_deg, self.speed_deg_s = trapezoid_step(
-            self.planned_deg, before, self.goal_deg, self.cruise_deg_s, self.acceleration_deg_s2
-        )
+        if (self.planned_deg - measured_deg) * before < LAG_DEG * abs(before) or before == 0.0:  # else it waits
+            self.planned_deg, self.speed_deg_s = trapezoid_step(
+                self.planned_deg, before, self.goal_deg, self.cruise_deg_s, self.acceleration_deg_s2
+            )
         rests = self._rest.ticks(measured_deg)
-        error = self.planned_deg - measured_deg
         there = self.goal_deg - self.planned_deg
         if there * self.speed_deg_s >= 0 and (self.goal_deg - measured_deg) * there <= 0:
-            self.planned_deg, self.speed_deg_s = self.goal_deg, 0.0  # ahead of its plan: brake now
-            return self._settle(self.goal_deg - measured_deg, rests)
-        if rests >= REST_TICKS and error * self.speed_deg_s > 0:
+            self.planned_deg, self.speed_deg_s = self.goal_deg, 0.0  # ahead of its plan, or at its end
+        self.speeding_up_deg_s2 = (self.speed_deg_s - before) / TICK_S
+        error = self.planned_deg - measured_deg
+        ended = self.planned_deg == self.goal_deg and self.speed_deg_s == 0.0
+        there_now = ended and abs(error) <= self.tuning.arrived_deg
+        self.done = there_now and rests >= REST_TICKS
+        self.held_v = weight_v + self.load_v
+        if there_now:
+            self.kick_v = 0.0
+            return self.held_v
+        if rests >= REST_TICKS and (ended or error * self.speed_deg_s > 0):
             return self._kick(error)
-        self.kick_v = 0.0
-        self.integral_v += self.tuning.ki_v_per_deg_s * error * TICK_S
-        acceleration = (self.speed_deg_s - before) / TICK_S
-        return tracking_volts(self.tuning, self.speed_deg_s, acceleration, error, self.integral_v)
-
-    def _settle(self, error, rests):
-        if abs(error) <= self.tuning.arrived_deg:
-            self.done = rests >= REST_TICKS
-        elif rests >= REST_TICKS:
-            return self._kick(error)
-        self.kick_v = 0.0
-        return 0.0
+        self._learn(error)
+        self.held_v = weight_v + self.load_v
+        if ended:
+            return self.held_v + self.tuning.kp_v_per_deg * error
+        return tracking_volts(self.tuning, self.speed_deg_s, self.speeding_up_deg_s2, error, self.held_v)
 
     def _kick(self, error):
-        """The voltage for a motor that is stuck: what starts it, and more with every tick."""
+        """The voltage for a motor that is stuck: what starts it, and more with every tick; never less than its error asks."""
         self.kick_v += KICK_V
-        return (1.0 if error > 0 else -1.0) * (self.tuning.starts_at_v[int(error < 0)] + self.kick_v)
+        starts_v = self.tuning.starts_at_v[int(error < 0)] + self.kick_v
+        return self.held_v + math.copysign(max(starts_v, self.tuning.kp_v_per_deg * abs(error)), error)
+
+    def _learn(self, error):
+        """What the error, and a kick that has just ended, tell of the load; never more than a motor may hold."""
+        told = self.tuning.ki_v_per_deg_s * error * TICK_S + math.copysign(KEPT * self.kick_v, error)
+        self.load_v = min(max(self.load_v + told, -MOST_LOAD_V), MOST_LOAD_V)
+        self.kick_v = 0.0
 
 
 class _Rest:
@@ -262,7 +284,7 @@ class Run:
     Attributes
     ----------
     time_s, position_deg, speed_deg_s, measured_deg, volts : ndarray, equally long
-    rest_deg : float, where it came to rest
+    rest_deg : float, where it stands two seconds after its rule was done, or was given up and braked
     arrived_s : float, when the rule was done
     """
 
@@ -276,7 +298,13 @@ class Run:
 
 
 def drive(
-    motor: Motor, rule: Rule, longest_s: float = 3.0, looks_per_s: float | None = None, lost: float = 0.0, seed: int = 0
+    motor: Motor,
+    rule: Rule,
+    longest_s: float = 3.0,
+    looks_per_s: float | None = None,
+    lost: float = 0.0,
+    seed: int = 0,
+    load_nm: float = 0.0,
 ) -> Run:
     """Drive a motor from rest at 0° by a rule.
 
@@ -289,6 +317,7 @@ def drive(
         How often the encoder is looked at; None: every edge is caught by an interrupt.
     lost : float, which part of the looks gets lost on the way
     seed : int, for what gets lost
+    load_nm : float, a torque on the joint from outside; plus turns it counter-clockwise
 
     Returns
     -------
@@ -306,7 +335,7 @@ def drive(
         if rule.done:
             break
         for _ in range(steps):
-            position, speed = advance(motor, position, speed, volts, TICK_S / steps)
+            position, speed = advance(motor, position, speed, volts, TICK_S / steps, load_nm)
             owed += 1.0 if looks_per_s is None else looks_per_s * TICK_S / steps
             if owed >= 1 - 1e-9:
                 owed -= 1
@@ -314,6 +343,6 @@ def drive(
                     edges = encoder_count(motor, position)
                     count = edges if looks_per_s is None else count + (0, 1, 0, -1)[(edges - seen) % 4]
                     seen = edges
-    position, _ = advance(motor, position, speed, 0.0, 2.0)
+    position, _ = advance(motor, position, speed, volts if rule.done else 0.0, 2.0, load_nm)
     columns = (np.array(column) for column in zip(*rows, strict=True))
     return Run(*columns, position - degree / 2, rows[-1][0])  # type: ignore[call-arg, arg-type]  # five columns

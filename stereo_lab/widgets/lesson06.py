@@ -14,7 +14,7 @@ def stopping(motor: Motor, goal_deg: float = 90.0) -> Panel:
 
     Parameters
     ----------
-    motor : stereo_lab.motion.motors.Motor
+    motor : stereo_lab.motion.Motor
     """
     tuning = Tuning.of(calibrate_motor(push_of(motor), motor.supply_v), motor.counts_per_turn)
 
