@@ -10,6 +10,7 @@ import functools
 import os
 import shutil
 import subprocess
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -19,9 +20,16 @@ from serial.serialutil import SerialBase
 
 import stereo_lab.arm  # noqa: F401  (makes virtual:// known to pyserial)
 from conftest import ROOT, skip_unless_ci
-from stereo_lab.arm.virtual import BENCH_MOTORS, END_STOPS_DEG, SWITCHES_DEG
+from stereo_lab.arm.virtual import BENCH_ARM, BENCH_MOTORS, CAM_DEG, END_STOPS_DEG, SWITCHES_DEG
+from stereo_lab.arm.virtual.controller import BYTES_PER_TICK
+from stereo_lab.arm.virtual.plant import Faults, Plant
+from stereo_lab.kinematics import GRAVITY_M_S2, NM, inertia_parts_kg_m2, moments_g_mm
+from stereo_lab.motion import TICK_S
 
-BACK_ENDS = ("virtual", "chip", "pty")
+sys.path.insert(0, str(ROOT / "examples"))
+from controller_from_the_page import Controller  # noqa: E402
+
+BACK_ENDS = ("virtual", "page", "chip", "pty")
 SKETCH = ROOT / "stereo_lab" / "firmware" / "arm_controller" / "arm_controller.ino"
 CHIP = ROOT / "tests" / "chip" / "chip.c"
 CORE = Path("/usr/share/arduino/hardware/arduino/avr")
@@ -32,7 +40,7 @@ BOARD = ["-Os", "-mmcu=atmega328p", "-DF_CPU=16000000UL", "-DARDUINO=10819", "-D
 
 def open_back_end(name):
     """A bench: its ``port``, what its arm really does, and faults on demand."""
-    return {"virtual": VirtualBench, "chip": ChipBench, "pty": PtyBench}[name]()
+    return {"virtual": VirtualBench, "page": PageBench, "chip": ChipBench, "pty": PtyBench}[name]()
 
 
 class VirtualBench:
@@ -52,6 +60,92 @@ class VirtualBench:
 
     def motor_deg(self, j):
         return self.port.motor_deg[j]
+
+    def fault(self, name, joint):
+        setattr(self.port.faults, {"reverse": "reversed", "hold": "stalled"}[name], frozenset({joint}))
+
+    def close(self):
+        self.port.close()
+
+
+class PagePort(SerialBase):
+    """A pyserial port in front of the controller that was written from PROTOCOL.md alone: reading lets its time pass."""
+
+    def open(self):
+        self.faults = Faults()
+        self.plant = Plant(BENCH_MOTORS, self.faults, BENCH_ARM)
+        self.controller, self.ticks, self.room = Controller(self.plant), 0, 0.0
+        self.sending, self.arrived = bytearray(), bytearray()
+        self.is_open = True
+
+    def close(self):
+        self.is_open = False
+
+    def clock(self):
+        return self.ticks * TICK_S
+
+    def sleep(self, seconds):
+        for _ in range(max(1, round(seconds / TICK_S))):
+            self.ticks += 1
+            self.controller.tick()
+            self.plant.tick()
+            self.sending += self.controller.sent()
+            self.room = min(self.room + BYTES_PER_TICK, 64.0)  # as many bytes as the line can carry
+            sent = self.sending[: int(self.room)]
+            self.room -= len(sent)
+            self.arrived += sent
+            del self.sending[: len(sent)]
+
+    @property
+    def in_waiting(self):
+        return len(self.arrived)
+
+    def read(self, size=1):
+        give_up = None if self._timeout is None else self.clock() + self._timeout
+        while len(self.arrived) < size and (give_up is None or self.clock() < give_up):
+            self.sleep(TICK_S)
+        data = bytes(self.arrived[:size])
+        del self.arrived[:size]
+        return data
+
+    def write(self, data):
+        self.controller.receive(bytes(data))
+        return len(data)
+
+    def flush(self):
+        pass
+
+    def reset_input_buffer(self):
+        self.arrived.clear()
+
+    def reset_output_buffer(self):
+        pass
+
+    def _reconfigure_port(self):
+        pass
+
+    _update_break_state = _update_rts_state = _update_dtr_state = _reconfigure_port
+    cts = dsr = cd = property(lambda self: True)
+    ri = property(lambda self: False)
+
+
+class PageBench:
+    """``examples/controller_from_the_page.py`` with the virtual arm's motors, links and switches."""
+
+    speed_per_volt = [m.speed_per_volt for m in BENCH_MOTORS]
+
+    def __init__(self):
+        self.port = PagePort("page")
+
+    def restart(self):
+        self.port.close()
+        self.port.open()
+
+    def link_deg(self, j):
+        return self.port.plant.links[j]
+
+    def motor_deg(self, j):
+        return self.port.plant.positions[j]
 
     def fault(self, name, joint):
         setattr(self.port.faults, {"reverse": "reversed", "hold": "stalled"}[name], frozenset({joint}))
@@ -93,7 +187,13 @@ def motor_numbers(j):
     """The motors of the virtual arm's bench, for the simulated chip."""
     m = BENCH_MOTORS[j]
     return [m.speed_per_volt, *m.dead_band_v, m.time_constant_s, m.backlash_deg, m.supply_v, m.counts_per_turn,
-            SWITCHES_DEG[j], *END_STOPS_DEG[j]]  # fmt: skip
+            SWITCHES_DEG[j], *END_STOPS_DEG[j], m.torque_per_volt, m.gear_loss,
+            min(m.resistance_ohm * m.current_limit_a, 1e9), CAM_DEG]  # fmt: skip
+
+
+def arm_numbers():
+    """What its arm weighs."""
+    return [*(GRAVITY_M_S2 * NM * moment for moment in moments_g_mm(BENCH_ARM)), *inertia_parts_kg_m2(BENCH_ARM)]
 
 
 class ChipPort(SerialBase):
@@ -113,7 +213,8 @@ class ChipPort(SerialBase):
 
     def restart(self):
         for j in range(2):
-            self.library.chip_motor(self.chip, j, (ctypes.c_double * 10)(*motor_numbers(j)))
+            self.library.chip_motor(self.chip, j, (ctypes.c_double * 14)(*motor_numbers(j)))
+        self.library.chip_arm(self.chip, (ctypes.c_double * 5)(*arm_numbers()))
         self.library.chip_reset(self.chip)
         self.start = self.library.chip_seconds(self.chip)
 
@@ -174,7 +275,7 @@ class PtyBench:
     speed_per_volt = VirtualBench.speed_per_volt
 
     def __init__(self):
-        numbers = [repr(n) for j in range(2) for n in motor_numbers(j)]
+        numbers = [repr(n) for n in (*motor_numbers(0), *motor_numbers(1), *arm_numbers())]
         self.program = subprocess.Popen(
             [str(build() / "serve"), str(build() / "firmware.elf"), *numbers],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1,

@@ -57,7 +57,7 @@ def polite(text):
     if text == "?":
         return ["<idle t=1 h=3 f=- p=0.00,0.00 v=0,0 lost=0 drop=0>"]
     head = "ok " + (text.split()[0] if text.startswith("N") else "")
-    data = {"ID": wire.IDENTITY, "lo": "-180", "hi": "180", "supply": "6"}.get(text.split()[-1], "")
+    data = {"ID": wire.IDENTITY, "lo": "-165", "hi": "165", "supply": "6"}.get(text.split()[-1], "")
     return [f"{head} {data}".strip().replace("  ", " ")]
 
 
@@ -140,7 +140,7 @@ def test_the_same_seed_is_the_same_arm():
 def test_leaving_stops_the_motors():
     with pytest.raises(KeyError), connect("virtual://arm") as other:
         other.enable()
-        other.command("MV 1 170")
+        other.command("MV 1 160")
         other.port.sleep(0.3)
         assert not other.port.at_rest
         raise KeyError("anything")
@@ -159,7 +159,7 @@ def test_an_interrupted_wait_stops_the_motors(arm, monkeypatch):
 
     monkeypatch.setattr(arm.line, "listen", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        arm.move_to(JointAngles(170.0, 0.0))
+        arm.move_to(JointAngles(160.0, 0.0))
     assert arm.status().state == "stop"
     assert arm.move_to(JointAngles(0.0, 0.0))  # the next move is asked for: it switches the motors on again
 
@@ -181,7 +181,7 @@ def test_stop_from_elsewhere_ends_a_move_with_a_sentence():
     with connect("virtual://arm?realtime=1") as arm:
         once_it_moves(arm, lambda: arm.port.write(b"\n!\n"))
         with pytest.raises(ArmError, match="stopped in mid-move"):
-            arm.move_to(JointAngles(170.0, 0.0))  # somebody else's stop stays until it is undone
+            arm.move_to(JointAngles(160.0, 0.0))  # somebody else's stop stays until it is undone
         with pytest.raises(ArmError, match=r"arm\.enable\(\)"):
             arm.move_to(JointAngles(0.0, 0.0))
         arm.enable()
@@ -192,7 +192,7 @@ def test_stop_by_another_thread_ends_a_move_and_the_next_may_begin():
     with connect("virtual://arm?realtime=1") as arm:
         stopper = once_it_moves(arm, arm.stop)
         with pytest.raises(ArmError, match="stopped in mid-move"):
-            arm.move_to(JointAngles(170.0, 0.0))
+            arm.move_to(JointAngles(160.0, 0.0))
         stopper.join()
         assert arm.angles().theta1_deg < 120
         arm.move_to(JointAngles(60.0, 0.0))
@@ -271,17 +271,17 @@ def test_a_stop_while_the_motors_are_switched_on_is_not_undone(step):
 
 
 def test_a_stop_between_two_legs_is_told_as_one(arm, monkeypatch):
-    move = arm._move
+    move = arm.run
 
     def stopped_after_the_first(command):
         reached = move(command)
-        monkeypatch.setattr(arm, "_move", move)
+        monkeypatch.setattr(arm, "run", move)
         thread = threading.Thread(target=arm.stop)
         thread.start()
         thread.join()
         return reached
 
-    monkeypatch.setattr(arm, "_move", stopped_after_the_first)
+    monkeypatch.setattr(arm, "run", stopped_after_the_first)
     with pytest.raises(ArmError, match="stopped by another part"):
         arm.home()
     arm.move_to(JointAngles(arm.angles().theta1_deg, -150.0))
@@ -289,7 +289,7 @@ def test_a_stop_between_two_legs_is_told_as_one(arm, monkeypatch):
 
 def test_a_stop_gets_through_a_burst_of_noise(arm):
     arm.enable()
-    arm.command("MV 1 170")
+    arm.command("MV 1 160")
     arm.port.sleep(0.2)
     arm.port.faults.noise = 0.1
     passes = arm.port.clock() + 0.3
@@ -317,7 +317,7 @@ def test_command_numbers_run_from_1_to_the_last_and_begin_at_1_again(arm, monkey
 def test_half_a_line_left_behind_does_not_keep_anybody_out(arm):
     arm.port.write(b"N5 GE")
     again = connect(arm.port)
-    assert again.get(1, "lo") == -180
+    assert again.get(1, "lo") == -165
 
 
 def test_a_coarse_encoder_does_not_make_a_healthy_joint_run_away():
@@ -342,7 +342,7 @@ def test_interrupted_while_a_move_is_being_sent_stops_it(arm, monkeypatch):
     monkeypatch.setattr(arm.line, "_await_reply", interrupted)
     monkeypatch.setattr(arm, "_switch_on", lambda: None)
     with pytest.raises(KeyboardInterrupt):
-        arm.move_to(JointAngles(170.0, 0.0))
+        arm.move_to(JointAngles(160.0, 0.0))
     arm.port.sleep(0.5)
     assert arm.port.at_rest and arm.port.motor_deg[0] < 20
 
@@ -350,7 +350,7 @@ def test_interrupted_while_a_move_is_being_sent_stops_it(arm, monkeypatch):
 def test_an_arm_whose_answers_are_lost_is_stopped_with_the_error():
     arm = connect("virtual://arm?silent=0.4")  # it hears us, and we do not hear it
     with pytest.raises(ArmError, match="does not answer"):
-        arm.move_to(JointAngles(170.0, 0.0))
+        arm.move_to(JointAngles(160.0, 0.0))
     arm.port.sleep(0.3)
     assert arm.port.at_rest  # not a watchdog's second later
 
@@ -385,7 +385,7 @@ def test_limits_can_be_those_of_a_recording(arm, second_rig):
 @pytest.mark.parametrize(
     ("angles", "words"),
     [
-        (JointAngles(181, 0), "Joint 1 turns from -180 to 180"), (JointAngles(0, -160.1), "Joint 2"),
+        (JointAngles(166, 0), "Joint 1 turns from -165 to 165"), (JointAngles(0, -155.1), "Joint 2"),
         (JointAngles(float("nan"), 0), "nan was asked"), (JointAngles(0, float("inf")), "inf was asked"),
         (JointAngles("ten", 0), "number of degrees"), ((30, 45), "Expected JointAngles"), (None, "Expected JointAngles"),
     ],
@@ -393,7 +393,7 @@ def test_limits_can_be_those_of_a_recording(arm, second_rig):
 def test_bad_targets_are_refused_before_anything_is_sent(angles, words):
     port = ScriptedPort(polite)
     arm = connect(port)
-    arm.limits_deg = ((-180.0, 180.0), (-160.0, 160.0))
+    arm.limits_deg = ((-165.0, 165.0), (-155.0, 155.0))
     before = len(port.sent)
     with pytest.raises(StereoLabError, match=words):
         arm.move_to(angles)
@@ -420,8 +420,8 @@ def test_bad_pushes_are_refused_before_anything_is_sent(arm, arguments, words):
 
 
 def test_a_calibration_without_room_is_told(arm):
-    arm.set_limits(((-10, 10), (-160, 160)))
-    with pytest.raises(UnreachableTargetError, match="end of its range"):
+    arm.set_limits(((-10, 10), (-155, 155)))
+    with pytest.raises(UnreachableTargetError, match="more room"):
         arm.calibrate(1)
 
 
@@ -527,13 +527,13 @@ def test_an_error_reply_is_told_in_words(arm):
 
 def test_a_reset_in_mid_move_is_told():
     with connect("virtual://arm?reset=0.6") as arm, pytest.raises(ArmError, match="restarted"):
-        arm.move_to(JointAngles(170.0, 0.0))
+        arm.move_to(JointAngles(160.0, 0.0))
 
 
 def test_unplugged_in_mid_move_is_told_and_leaving_does_not_raise():
     arm = connect("virtual://arm?unplugged=0.5")
     with pytest.raises(ArmError, match="is gone.*Plug it in again"):
-        arm.move_to(JointAngles(170.0, 0.0))
+        arm.move_to(JointAngles(160.0, 0.0))
     arm.close()
     assert not arm.port.is_open
 
@@ -541,7 +541,7 @@ def test_unplugged_in_mid_move_is_told_and_leaving_does_not_raise():
 def test_an_arm_that_falls_silent_in_mid_move_raises_within_a_second_and_stops_by_itself():
     arm = connect("virtual://arm?silent=0.4")
     with pytest.raises(ArmError, match="does not answer"):
-        arm.move_to(JointAngles(170.0, 0.0))
+        arm.move_to(JointAngles(160.0, 0.0))
     assert arm.port.clock() < 1.6
     arm.port.sleep(1.5)
     assert arm.port.at_rest
@@ -586,7 +586,7 @@ def test_the_watchdog_stops_the_motors_of_a_host_that_was_killed():
     device = VirtualPort("virtual://arm", baudrate=wire.BAUD_RATE, timeout=0)
     code = (
         "from stereo_lab.arm import connect; from stereo_lab.kinematics import JointAngles\n"
-        f"arm = connect({os.ttyname(slave)!r}); print('moving', flush=True); arm.move_to(JointAngles(175.0, 0.0))"
+        f"arm = connect({os.ttyname(slave)!r}); print('moving', flush=True); arm.move_to(JointAngles(160.0, 0.0))"
     )
     host = subprocess.Popen([sys.executable, "-c", code], cwd=ROOT, stdout=subprocess.PIPE, text=True)
     said, end = [], time.monotonic() + 60
@@ -602,13 +602,13 @@ def test_the_watchdog_stops_the_motors_of_a_host_that_was_killed():
         if killed_at is None and device.motor_deg[0] > 10:
             host.kill()
             killed_at = device.clock()
-        if killed_at is not None and device.at_rest:
+        if killed_at is not None and device._controller.fault != "-":
             break
         time.sleep(0.002)
         device.sleep(0.002)
     host.wait()
     assert killed_at is not None, "the host never moved the arm"
-    assert device.at_rest and device._controller.fault == "w"
+    assert device._controller.fault == "w" and not device._controller.busy
     assert device.clock() - killed_at < 1.5  # its watchdog has a second
 
 
@@ -651,7 +651,7 @@ def test_a_burst_of_noise_is_waited_out():
     port = ScriptedPort(lambda text: ["err 1 checksum"] if 1 < port.time < 1.5 else polite(text))
     arm = connect(port)
     port.time = 1.01
-    assert arm.get(1, "lo") == -180 and port.time > 1.5
+    assert arm.get(1, "lo") == -165 and port.time > 1.5
 
 
 def test_a_controller_that_hears_only_noise_is_named():
@@ -678,7 +678,8 @@ def test_a_board_on_usb_gets_time_to_start(monkeypatch):
     ("words", "code", "said"),
     [
         (["list"], 0, "virtual://arm"), (["virtual://arm"], 0, "off, joints at 0.00, 0.00"),
-        (["virtual://arm", "home"], 0, "homed"), (["virtual://arm", "move", "30", "-45.5"], 0, "reached 30.00, -45."),
+        (["torque"], 0, "2.6 times"), (["torque", "nowhere"], 2, "no folder"), (["virtual://arm", "fly"], 2, "no action"),
+        (["virtual://arm", "home"], 0, "homed"), (["virtual://arm", "move", "30", "-45.5"], 0, "reached 29.98, -45."),
         (["virtual://arm", "calibrate"], 0, "joint 2 clockwise"),
         (["virtual://arm", "monitor", "--seconds", "0.1"], 0, "0.0 s  off"),
         (["virtual://arm", "move", "30"], 2, "two angles"), (["virtual://arm", "move", "30", "x"], 2, "move, joint 2"),

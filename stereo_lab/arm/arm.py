@@ -6,22 +6,23 @@ import logging
 
 import serial
 
+from stereo_lab.arm import measuring
 from stereo_lab.arm import protocol as wire
 from stereo_lab.arm.line import AGAIN_S, GIVE_UP_S, SerialLine, open_port
 from stereo_lab.arm.stops import Stops
 from stereo_lab.errors import ArmError, RefusedError, StereoLabError, UnreachableTargetError
 from stereo_lab.kinematics import JointAngles
-from stereo_lab.motion import MotorCalibration, calibrate_motor
+from stereo_lab.motion import MotorCalibration, WeightFit
 
 ASK_S = 0.1  # how often a moving arm is asked how it is; this also feeds its watchdog
 STOP_S = 0.1  # how long a stop waits to be confirmed before it is sent again
 STANDSTILL_S = 5.0  # a move in which nothing turns for so long will not end
 GENTLY_PERCENT = 30  # of the usual speed, for the last bit
 ONE_SIDE_DEG = 3.0  # more than the backlash of a worn gear
-ROOM_DEG = 30.0  # a calibration that starts so near the middle has room enough
 FAULTS = {
-    "s": "is stalled: it gets voltage and does not turn. Is something in its way, or its supply off?",
-    "r": "ran the wrong way and was stopped: swap the two wires of its motor, or the two of its encoder.",
+    "s": "is stalled: it gets voltage and does not turn. Is something in its way, its load too heavy, or its supply off?",
+    "r": "ran the wrong way and was stopped: swap the two wires of its motor, or the two of its encoder. "
+    "Or does it carry far more than it can hold?",
     "w": "stopped because it heard nothing from this computer for too long (watchdog).",
     "e": "was stopped in mid-move.",
 }
@@ -109,9 +110,9 @@ class Arm:
         self._switch_on()
         if one_side:
             beyond = [min(g + ONE_SIDE_DEG, high) for g, (_, high) in zip(goals, self.limits_deg, strict=True)]
-            self._move(f"MA {beyond[0]:.3f} {beyond[1]:.3f}")
-            return self._move(f"MA {goals[0]:.3f} {goals[1]:.3f} {GENTLY_PERCENT}")
-        return self._move(f"MA {goals[0]:.3f} {goals[1]:.3f}")
+            self.run(f"MA {beyond[0]:.3f} {beyond[1]:.3f}")
+            return self.run(f"MA {goals[0]:.3f} {goals[1]:.3f} {GENTLY_PERCENT}")
+        return self.run(f"MA {goals[0]:.3f} {goals[1]:.3f}")
 
     def angles(self) -> JointAngles:
         """Where the joints are, by their encoders.
@@ -131,7 +132,7 @@ class Arm:
         """
         self._switch_on()
         for joint in (2, 1):  # the forearm first, out of the way
-            self._move(f"HM {joint}")
+            self.run(f"HM {joint}")
         return self.angles()
 
     def stop(self) -> None:
@@ -233,7 +234,7 @@ class Arm:
             raise UnreachableTargetError(f"A push lasts 0.001 to 2 seconds; {seconds:g} were asked for.")
         self._switch_on()
         before = self.status().position_deg[joint - 1]
-        after = self._move(f"PW {joint} {round(volts / supply * 255)} {round(seconds * 1000)}")
+        after = self.run(f"PW {joint} {round(volts / supply * 255)} {round(seconds * 1000)}")
         stands = (after.theta1_deg, after.theta2_deg)[joint - 1]
         low, high = self.limits_deg[joint - 1]
         if (volts > 0 and stands > high) or (volts < 0 and stands < low):
@@ -241,25 +242,32 @@ class Arm:
                 f"Joint {joint} was pushed to the end of its range ({low:g} to {high:g} degrees) and stopped there. "
                 "Start nearer to the middle, or give it more room."
             )
-        return stands - before
+        return float(stands - before)
 
     def calibrate(self, joint: int) -> MotorCalibration:
         """Measure a motor by pushing it to and fro, some tens of degrees, and tell the controller.
 
-        A joint that stands far from the middle of its range is driven there first.
+        An arm that is not homed is homed first, and one that is not weighed is weighed: friction is what is left of a
+        voltage when the weight is known. A joint that stands far from the middle of its range is driven there.
 
         Returns
         -------
         MotorCalibration
         """
         _must_be_joint(joint)
-        self._switch_on()
-        middle = sum(self.limits_deg[joint - 1]) / 2
-        if abs(self.status().position_deg[joint - 1] - middle) > ROOM_DEG:
-            self._move(f"MV {joint} {middle:.3f}")
-        found = calibrate_motor(lambda volts, seconds: self.push(joint, volts, seconds), self.supply_v[joint - 1])
-        self.use(joint, found)
-        return found
+        return measuring.calibrate(self, joint)
+
+    def weigh(self) -> tuple[WeightFit, WeightFit]:
+        """Find what holds each joint against the arm's weight, and tell the controller: both joints in some poses.
+
+        In each pose a joint is pushed as gently as just turns it, up and down.
+
+        Raises
+        ------
+        ArmError
+            If the arm is not homed: the weight follows the angle to the horizon.
+        """
+        return measuring.weigh(self)
 
     def use(self, joint: int, calibration: MotorCalibration) -> None:
         """Tell the controller what was measured of a motor."""
@@ -325,8 +333,23 @@ class Arm:
             self.stop()
             self._tell_of_a_stop()
 
-    def _move(self, command):
-        """Start a move and wait for its end; whatever interrupts the wait stops the motors."""
+    def run(self, command: str) -> JointAngles:
+        """Start a move, a push or a homing and wait for its end; whatever interrupts the wait stops the motors.
+
+        Parameters
+        ----------
+        command : str, such as "MV 1 30"
+
+        Returns
+        -------
+        JointAngles
+            Where the joints are then, by their encoders.
+
+        Raises
+        ------
+        ArmError
+            If it is refused, or the arm stops on the way, or does not answer.
+        """
         self.line.restarted = False
         try:
             self.command(command)

@@ -30,8 +30,9 @@ STATES = ("off", "idle", "run", "home", "stop")
 PARAMETERS = {
     "lo": (-360, 360), "hi": (-360, 360), "home": (-360, 360), "cruise": (1, 720), "acc": (10, 4000),
     "k": (10, 2000), "tau": (5, 1000), "db+": (0, 24), "db-": (0, 24), "st+": (0, 24), "st-": (0, 24),
-    "zone": (0, 180), "counts": (16, 65535), "supply": (1, 24),
+    "zone": (0, 180), "counts": (16, 65535), "supply": (1, 24), "g1": (-24, 24), "g2": (-24, 24),
 }  # fmt: skip
+HELD = "held"  # what holds a joint in its place, volts: GET alone
 NUMBER = re.compile(r"-?\d{1,7}(\.\d{1,6})?")
 NO_CHARACTER = re.compile(r"[^\t -~]")
 

@@ -7,7 +7,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from stereo_lab.cli.arm import run_arm
+from stereo_lab.cli.arm import ARM_ACTIONS, run_arm
 from stereo_lab.cli.checks import run_bench, run_test
 from stereo_lab.cli.terminal import BAD_INPUT, STOPPED, check_json_option, clear_line, flush_output
 from stereo_lab.cli.vision import run_calibrate, run_demo, run_detect, run_import, run_render
@@ -136,10 +136,14 @@ def _parser():
         "Talk to an arm: list the ports, or name one and say what to do. Only home, move and calibrate move it.",
         "arm virtual://arm move 30 45",
     )
-    arm.add_argument("url", metavar="list|URL", help="list, or a port: virtual://arm, COM3, /dev/ttyUSB0, socket://…")
     arm.add_argument(
-        "action", nargs="?", default="status", choices=("status", "home", "move", "calibrate", "monitor"),
-        help="what to do (default: %(default)s)",
+        "url", metavar="list|torque|URL",
+        help="list: the ports; torque: what the arm of a recording weighs on its joints; or a port: virtual://arm, COM3, "
+        "/dev/ttyUSB0, socket://…",
+    )  # fmt: skip
+    arm.add_argument(
+        "action", nargs="?", metavar="ACTION",
+        help=f"{', '.join(ARM_ACTIONS)} (default: status); after torque: folder or name of a recording",
     )  # fmt: skip
     arm.add_argument("angles", nargs="*", metavar="DEGREES", help="for move: shoulder and elbow")
     arm.add_argument(

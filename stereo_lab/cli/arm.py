@@ -12,21 +12,51 @@ from stereo_lab.errors import ArmError, StereoLabError
 
 
 def run_arm(options: argparse.Namespace) -> int:
-    """Do one thing with an arm: list the ports, or one of ``ARM_ACTIONS``. The exit code is OK."""
+    """List the ports, tell an arm's torque, or do one of ``ARM_ACTIONS`` with an arm. The exit code is OK."""
     from stereo_lab.arm import connect, ports
 
+    if options.url == "torque":
+        write_json_option(options.json, _arm_torque(options.action))
+        return OK
+    action = options.action or "status"
+    if options.url != "list" and action not in ARM_ACTIONS:
+        raise StereoLabError(f"There is no action {action!r}. Choose one of {', '.join(ARM_ACTIONS)}.")
     if options.url == "list":
         for name, description in ports():
             print(f"{name:20s} {description}")
         write_json_option(options.json, [{"port": name, "description": text} for name, text in ports()])
         return OK
-    if (options.action == "move") != bool(options.angles):
+    if (action == "move") != bool(options.angles):
         raise StereoLabError("Expected two angles after move and none otherwise, as in: arm virtual://arm move 30 45")
     quiet = contextlib.redirect_stdout(sys.stderr) if options.json == "-" else contextlib.nullcontext()
     with connect(options.url) as arm, quiet:
-        facts = ARM_ACTIONS[options.action](arm, options)
+        facts = ARM_ACTIONS[action](arm, options)
     write_json_option(options.json, facts)
     return OK
+
+
+def _arm_torque(name):
+    """What the weight of a recording's arm asks of its joints."""
+    from stereo_lab.arm.virtual import BENCH_MOTORS
+    from stereo_lab.kinematics import KGF_CM, holding_torque_nm, worst_poses, worst_torque_nm
+    from stereo_lab.recording import open_recording
+
+    arm = open_recording(name).arm
+    w, rated = arm.weight, [motor.rated_nm for motor in BENCH_MOTORS]
+    print(
+        f"links {arm.l1_mm:g} and {arm.l2_mm:g} mm, {w.link1_g:g} and {w.link2_g:g} g; hand {w.hand_g:g} g, load {w.load_g:g} g"
+    )
+    print(f"{'':14s}{'at angles':>16s}{'holds':>12s}{'':>14s}   listed motor, rated over that")
+    facts = {}
+    for j, (joint, pose, worst) in enumerate(
+        zip(("shoulder", "elbow"), worst_poses(arm), worst_torque_nm(arm), strict=True)
+    ):
+        angles = f"{pose.theta1_deg:g}, {pose.theta2_deg:g}"
+        print(f"{joint:14s}{angles:>16s}{worst:8.3f} N·m{worst / KGF_CM:7.2f} kgf·cm   {rated[j] / worst:.1f} times")
+        told = holding_torque_nm(arm, pose)
+        facts[joint] = {"worst_nm": worst, "pose_deg": [pose.theta1_deg, pose.theta2_deg], "both_nm": list(told)}
+        facts[joint]["rated_over_worst"] = rated[j] / worst
+    return facts
 
 
 def _arm_status(arm, options):
@@ -62,7 +92,12 @@ def _arm_move(arm, options):
 
 def _arm_calibrate(arm, options):
     facts = {}
-    print("The arm moves: each motor is pushed to and fro …", flush=True)
+    print("The arm moves: it is homed and weighed, then each motor is pushed to and fro …", flush=True)
+    if not arm.homed:
+        arm.home()
+    for joint, fit in enumerate(arm.weigh(), start=1):
+        print(f"joint {joint} is held by {fit.g1_v:.2f}·cos θ1 + {fit.g2_v:.2f}·cos(θ1 + θ2) V")
+        facts[f"joint {joint} weight"] = {"g1_v": fit.g1_v, "g2_v": fit.g2_v}
     for joint in (1, 2):
         found = arm.calibrate(joint)
         for name, fit in (("counter-clockwise", found.ccw), ("clockwise", found.cw)):

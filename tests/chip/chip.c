@@ -22,11 +22,15 @@
 #define STEP_US 50
 #define BYTE_US 87
 #define STICTION 1.15
+#define RADIANS (3.14159265358979 / 180)
+#define NUMBERS 14 /* of a motor */
+#define ALL (2 * NUMBERS + 5)
 enum { PORTB_AT = 0x25, PORTD_AT = 0x2B, OCR1A_AT = 0x88, OCR1B_AT = 0x8A };
 
 typedef struct {
-    double k, dead_band[2], tau, backlash, supply, counts, home, low, high; /* the motor, its switch, its end stops */
-    double speed, position, link;
+    double k, dead_band[2], tau, backlash, supply, counts, home, low, high, cam; /* the motor, its switch, its end stops */
+    double kappa, gear_loss, most_v;                                        /* N·m a volt; R times the most current */
+    double speed, position, link, acceleration;                             /* degrees; the last in rad/s² */
     long edge;
     int reversed, held;
 } motor_t;
@@ -35,6 +39,7 @@ typedef struct {
     avr_t *avr;
     avr_irq_t *encoder[4], *home[2], *rx;
     motor_t motors[2];
+    double weights[2], inertias[3]; /* of the links: see Plant in stereo_lab/arm/virtual/plant.py */
     int full;
     uint8_t in[8192], out[65536];
     unsigned in_head, in_tail, out_head, out_tail;
@@ -64,22 +69,42 @@ static avr_cycle_count_t feed(avr_t *avr, avr_cycle_count_t when, void *param) {
     return when + avr_usec_to_cycles(avr, BYTE_US);
 }
 
-static void turn(motor_t *m, double volts, double dt) {
-    double way = m->speed > 0 || (m->speed == 0 && volts > 0) ? 1 : -1, dead_band = m->dead_band[way < 0], before = m->speed;
-    if (m->held || (m->speed == 0 && fabs(volts) <= STICTION * dead_band)) {
+static double within(double value, double low, double high) { return value < low ? low : value > high ? high : value; }
+
+static void turn(motor_t *m, double volts, int let_go, double load, double inertia, double dt) {
+    double own = m->speed / m->k, pull = load / m->kappa, before = m->speed;
+    double push = pull + (let_go ? 0 : within(volts, own - m->most_v, own + m->most_v));
+    double way = m->speed > 0 || (m->speed == 0 && push > 0) ? 1 : -1;
+    double rubs = m->dead_band[way < 0] + m->gear_loss * fabs(pull);
+    m->acceleration = 0;
+    if (m->held || (m->speed == 0 && fabs(push) <= STICTION * rubs)) {
         m->speed = 0;
         return;
     }
-    m->speed += (m->k * (volts - way * dead_band) - m->speed) / m->tau * dt;
+    double tau = m->tau * (1 + inertia / (m->kappa * m->tau / (m->k * RADIANS)));
+    m->speed += (m->k * (push - way * rubs) - (let_go ? 0 : m->speed)) / tau * dt;
     if (m->speed * way < 0) m->speed = 0;
     m->position += (before + m->speed) / 2 * dt;
     if (m->position < m->low || m->position > m->high) {
         m->position = m->position < m->low ? m->low : m->high;
         m->speed = 0;
     }
+    m->acceleration = (m->speed - before) / dt * RADIANS;
     double half = m->backlash / 2;
     if (m->position - m->link > half) m->link = m->position - half;
     if (m->link - m->position > half) m->link = m->position + half;
+}
+
+/* What hangs on the joints: the torque on each from outside, and the inertia that it carries. */
+static void loads(const chip_t *chip, double *load, double *inertia) {
+    const motor_t *one = &chip->motors[0], *other = &chip->motors[1];
+    double upper = one->link * RADIANS, bend = other->link * RADIANS, w1 = one->speed * RADIANS, w2 = other->speed * RADIANS;
+    double across = chip->inertias[2] * cos(bend), swing = chip->inertias[2] * sin(bend);
+    double coupled = chip->inertias[1] + across, hangs = chip->weights[1] * cos(upper + bend);
+    load[0] = swing * w2 * (2 * w1 + w2) - coupled * other->acceleration - chip->weights[0] * cos(upper) - hangs;
+    load[1] = -swing * w1 * w1 - coupled * one->acceleration - hangs;
+    inertia[0] = chip->inertias[0] + chip->inertias[1] + 2 * across;
+    inertia[1] = chip->inertias[1];
 }
 
 static uint8_t encoder_lines(const motor_t *m) { return GRAY[(m->reversed ? -m->edge : m->edge) & 3]; }
@@ -93,7 +118,8 @@ static void show(chip_t *chip, int j) {
         avr_raise_irq(chip->encoder[2 * j], lines & 1);
         avr_raise_irq(chip->encoder[2 * j + 1], lines >> 1);
     }
-    avr_raise_irq(chip->home[j], m->link > m->home); /* a closed switch pulls its line down */
+    double beyond = m->home - m->link; /* the cam holds the switch closed, once in a turn; then it pulls its line down */
+    avr_raise_irq(chip->home[j], beyond - 360 * floor(beyond / 360) > m->cam);
 }
 
 static avr_cycle_count_t plant(avr_t *avr, avr_cycle_count_t when, void *param) {
@@ -101,9 +127,11 @@ static avr_cycle_count_t plant(avr_t *avr, avr_cycle_count_t when, void *param) 
     uint8_t b = avr->data[PORTB_AT], d = avr->data[PORTD_AT];
     int way[2] = {!!(d & 0x40) - !!(d & 0x80), !!(b & 0x08) - !!(b & 0x10)}; /* both lines high: the brake */
     uint8_t duty[2] = {avr->data[OCR1A_AT], avr->data[OCR1B_AT]};
+    double load[2], inertia[2];
+    loads(chip, load, inertia);
     for (int j = 0; j < 2; j++) {
-        double volts = b & 1 ? chip->motors[j].supply * duty[j] / 255 * way[j] : 0; /* standby low: off */
-        turn(&chip->motors[j], volts, STEP_US * 1e-6);
+        double volts = chip->motors[j].supply * duty[j] / 255 * way[j];
+        turn(&chip->motors[j], volts, !(b & 1), load[j], inertia[j], STEP_US * 1e-6); /* standby low: no current */
         show(chip, j);
     }
     return when + avr_usec_to_cycles(avr, STEP_US);
@@ -135,15 +163,23 @@ chip_t *chip_new(const char *elf) {
     return chip;
 }
 
-/* k, dead band ccw and cw, tau, backlash, supply, counts, switch, end stops: ten numbers */
+/* k, dead band ccw and cw, tau, backlash, supply, counts, switch, end stops, kappa, gear loss, R times most current, cam */
 void chip_motor(chip_t *chip, int j, const double *numbers) {
     motor_t *m = &chip->motors[j];
     memset(m, 0, sizeof *m);
     m->k = numbers[0], m->dead_band[0] = numbers[1], m->dead_band[1] = numbers[2], m->tau = numbers[3];
     m->backlash = numbers[4], m->supply = numbers[5], m->counts = numbers[6];
     m->home = numbers[7], m->low = numbers[8], m->high = numbers[9];
+    m->kappa = numbers[10], m->gear_loss = numbers[11], m->most_v = numbers[12];
+    m->cam = numbers[13];
     m->position = 180 / m->counts; /* in the middle of a count */
     show(chip, j);
+}
+
+/* weights of shoulder and elbow, N·m, and the three parts of the inertia, kg·m² */
+void chip_arm(chip_t *chip, const double *numbers) {
+    memcpy(chip->weights, numbers, sizeof chip->weights);
+    memcpy(chip->inertias, numbers + 2, sizeof chip->inertias);
 }
 
 /* A reset clears the pins, but not what stands on the lines; simavr passes on only what changes. */
@@ -219,7 +255,7 @@ void chip_fault(chip_t *chip, const char *name, int j) {
 #include <time.h>
 #include <unistd.h>
 
-static double numbers[2][10];
+static double numbers[ALL];
 
 static double now(void) {
     struct timespec t;
@@ -228,14 +264,15 @@ static double now(void) {
 }
 
 static void motors(chip_t *chip) {
-    for (int j = 0; j < 2; j++) chip_motor(chip, j, numbers[j]);
+    for (int j = 0; j < 2; j++) chip_motor(chip, j, numbers + j * NUMBERS);
+    chip_arm(chip, numbers + 2 * NUMBERS);
 }
 
 int main(int argc, char **argv) {
-    if (argc != 22) return 2;
+    if (argc != 2 + ALL) return 2;
     chip_t *chip = chip_new(argv[1]);
     if (!chip) return 1;
-    for (int k = 0; k < 20; k++) numbers[k / 10][k % 10] = atof(argv[2 + k]);
+    for (int k = 0; k < ALL; k++) numbers[k] = atof(argv[2 + k]);
     motors(chip);
     int line, other;
     char name[64], order[128];

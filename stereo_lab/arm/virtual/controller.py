@@ -6,17 +6,20 @@ A controller reads lines, drives two joints and writes lines. It sees its motors
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from stereo_lab.arm import protocol as wire
 from stereo_lab.arm.virtual.interpreter import Interpreter
-from stereo_lab.arm.virtual.joint import BACK, CREEP, IDLE, MOVE, PUSH, REST, SECOND_JOINT, SEEK, Joint
+from stereo_lab.arm.virtual.joint import BACK, CREEP, HOLD, IDLE, MOVE, PUSH, REST, SECOND_JOINT, SEEK, Joint
 from stereo_lab.arm.virtual.plant import Plant
-from stereo_lab.motion import REST_TICKS, TICK_S, SlowDownRule
+from stereo_lab.motion import REST_TICKS, TICK_S, Profile, SlowDownRule
 
 HOMING = (SEEK, BACK, CREEP, REST)
 SEEK_DEG, SEEK_DEG_S, BACK_DEG, CREEP_DEG_S = 400.0, 60.0, 8.0, 10.0
 BACK_TRIES = 6
+COAST_TICKS = 250  # so long a joint may run on before it is held where it is
+BRAKE_TICKS = 125  # a motor that is switched off is braked until both have rested for so long
 BYTES_PER_TICK = wire.BAUD_RATE / 10 * TICK_S
 
 
@@ -62,7 +65,7 @@ class Controller:
         elif any(mode in HOMING for mode in modes):
             state = "home"
         else:
-            state = "run" if any(modes) else "idle"
+            state = "run" if self.busy or any(joint.corrects for joint in self.joints) else "idle"
         first, second = self.joints
         return wire.Status(
             state, round(self.time_ticks * TICK_S * 1000), (first.homed, second.homed), self.fault,
@@ -72,6 +75,8 @@ class Controller:
     def enable(self, on: bool) -> None:
         """Switch the motors on or off; on also undoes a latched stop."""
         if on:
+            for joint in self.joints:
+                joint.idle_ticks = joint.idle_ticks if self.enabled and not self.stopped and self.fault == "-" else 0
             self.enabled, self.stopped, self.fault = True, False, "-"
         else:
             self.halt()
@@ -106,6 +111,7 @@ class Controller:
         self._must_be_on()
         self._must_be_idle(joint)
         joint.rule, joint.push_ticks = None, max(1, int(milliseconds / 1000 / TICK_S + 0.5))
+        joint.push_v = duty * joint.parameters["supply"] / 255 - joint.held_v  # what is beyond its weight
         self._begin(joint, PUSH)
         self._set_duty(j, duty)
 
@@ -114,12 +120,20 @@ class Controller:
         self._must_be_idle(self.joints[j])
         self.joints[j].stand_at(self.plant.counts(j), angle_deg)
         self.joints[j].homed = True
+        self._forget_loads()
+
+    def _forget_loads(self):
+        """The angles are other ones now, and so is what holds the weight."""
+        for joint in self.joints:
+            joint.forget_load()
 
     def home(self, j: int) -> None:
         """Find the home switch of a joint."""
         joint = self.joints[j]
         self._must_be_on()
         self._must_be_idle(joint)
+        for either in self.joints:
+            either.hold_weight_as_load()
         joint.tries, joint.homed = 0, False
         self._begin(joint, SEEK)
         joint.rule = joint.plan(joint.position_deg - SEEK_DEG, SEEK_DEG_S, 1000.0)
@@ -134,6 +148,7 @@ class Controller:
         if name == "counts":
             joint.stand_at(self.plant.counts(j), joint.position_deg)
         joint.retune()
+        self._forget_loads()
 
     def must_rest(self) -> None:
         """Refuse what may not happen while anything moves."""
@@ -153,15 +168,13 @@ class Controller:
             raise wire.ProtocolError(wire.BUSY)
 
     def _begin(self, joint, mode):
-        if joint.mode != mode:  # a new goal on the way does not clear what was seen so far
-            joint.still_ticks, joint.against_deg, joint.wrong_deg = 0, 0.0, 0.0
-        joint.mode = mode
+        joint.begin(mode)
         self.fault = "-"
 
     @property
     def busy(self) -> bool:
         """Whether either joint does anything."""
-        return self.joints[0].mode != IDLE or self.joints[1].mode != IDLE
+        return self.joints[0].busy or self.joints[1].busy
 
     def tick(self) -> None:
         """Everything that happens every TICK_S."""
@@ -169,8 +182,10 @@ class Controller:
         self.line.answer_questions()
         for j, joint in enumerate(self.joints):
             joint.look(self.plant.counts(j), self.plant.pressed(j))
-            if joint.mode != IDLE:
-                self._control(j, joint)
+        self._brake_or_let_go()
+        cosines = self._cosines()
+        for j, joint in enumerate(self.joints):
+            self._control(j, joint, cosines)
         if self.watchdog_ms and self._ms_since(self.heard_ticks) > self.watchdog_ms and self.busy:
             self.halt(fault="w")
             self.enabled = False
@@ -188,20 +203,57 @@ class Controller:
     def _ms_since(self, ticks):
         return (self.time_ticks - ticks) * TICK_S * 1000
 
-    def _control(self, j, joint):
-        if joint.runs_away:
+    def _brake_or_let_go(self):
+        """Switched off, a motor that turns is braked; when both have rested for a while, no current flows."""
+        if not self.enabled:
+            for j in (0, 1):
+                self.plant.set_duty(j, None if self._rests else 0)
+
+    @property
+    def _rests(self):
+        return all(joint.still_ticks >= BRAKE_TICKS for joint in self.joints)
+
+    @property
+    def settled(self) -> bool:
+        """Whether nothing changes until a command comes or a motor is turned from outside."""
+        if not self.enabled:
+            return self._rests
+        holds = all(joint.mode == HOLD and joint.rule.done for joint in self.joints)
+        return holds or self.by_rule or self.stopped or self.fault != "-"
+
+    def _cosines(self):
+        """Of the angles of both links to the horizon; 0 as long as not both joints know where they stand."""
+        first, second = self.joints
+        if not (first.homed and second.homed):
+            return 0.0, 0.0
+        one, both = math.radians(first.position_deg), math.radians(first.position_deg + second.position_deg)
+        return math.cos(one), math.cos(both)
+
+    def _control(self, j, joint, cosines):
+        joint.idle_ticks = joint.idle_ticks + 1 if joint.mode == IDLE else 0
+        if joint.mode == IDLE:
+            self._hold_if_it_rests(joint)
+        if joint.mode == IDLE:
+            return
+        if joint.mode != HOLD and joint.runs_away:
             self.halt(latch=True, fault=f"r{j + 1}")
             self._event("runaway", j)
-        elif joint.mode == MOVE:
-            self._follow(j, joint)
+        elif joint.mode in (MOVE, HOLD):
+            self._follow(j, joint, cosines)
         elif joint.mode == PUSH:
             self._keep_pushing(j, joint)
         else:
-            self._keep_homing(j, joint)
+            self._keep_homing(j, joint, cosines)
 
-    def _follow(self, j, joint):
-        volts = joint.rule.volts(joint.position_deg)
-        if joint.rule.done:
+    def _hold_if_it_rests(self, joint):
+        """A joint that is on is held where it comes to rest, or is after a while; not in the paper's way or after a fault."""
+        on = self.enabled and not self.stopped and self.fault == "-" and not self.by_rule
+        if on and (joint.still_ticks >= REST_TICKS or joint.idle_ticks > COAST_TICKS):
+            joint.hold()
+
+    def _follow(self, j, joint, cosines):
+        volts = joint.follow(cosines)
+        if joint.mode == MOVE and joint.rule.done:
             self._finish(j, "done")
         elif joint.stalls(volts):
             self._stall(j)
@@ -214,32 +266,37 @@ class Controller:
 
     def _keep_pushing(self, j, joint):
         low, high = joint.parameters["lo"], joint.parameters["hi"]
-        beyond = (joint.duty > 0 and joint.position_deg > high) or (joint.duty < 0 and joint.position_deg < low)
+        beyond = (joint.push_v > 0 and joint.position_deg > high) or (joint.push_v < 0 and joint.position_deg < low)
         joint.push_ticks -= 1
         if beyond:
             self._finish(j, "limit")
         elif joint.held:
             self._stall(j)
         elif joint.push_ticks == 0:
-            self._set_duty(j, 0)
+            self._set_volts(j, joint.held_v)
+            joint.still_ticks = 0
         elif joint.push_ticks < 0 and joint.still_ticks >= REST_TICKS:
             self._finish(j, "done")
+        elif joint.push_ticks < -COAST_TICKS:  # a load carries it on
+            self._finish(j, "done")
+            joint.idle_ticks = COAST_TICKS
 
-    def _keep_homing(self, j, joint):
+    def _keep_homing(self, j, joint, cosines):
         pressed = joint.pressed
         if joint.mode == REST:
             if joint.still_ticks >= REST_TICKS:
                 joint.homed = True
                 self._finish(j, "home")
+                self._forget_loads()
             return
         if joint.mode == SEEK and pressed:
             self._back_off(joint)
         elif joint.mode == CREEP and pressed:
-            self._set_duty(j, 0)
+            self._set_volts(j, joint.held_v)
             joint.stand_at(joint.closed_count, joint.parameters["home"], self.plant.counts(j))
             joint.mode, joint.still_ticks = REST, 0
             return
-        volts = joint.rule.volts(joint.position_deg)
+        volts = joint.follow(cosines)
         if joint.rule.done:
             self._homing_step(j, joint, pressed)
         elif joint.stalls(volts):
@@ -263,15 +320,17 @@ class Controller:
         joint.mode, joint.rule = BACK, joint.plan(joint.position_deg + BACK_DEG, SEEK_DEG_S, 1000.0, running)
 
     def _finish(self, j, event):
-        self.joints[j].mode = IDLE
-        self._set_duty(j, 0)
+        """It has ended, and rests: held where it is, or in the paper's way braked."""
+        joint = self.joints[j]
+        joint.mode = HOLD if isinstance(joint.rule, Profile) and joint.mode == MOVE else IDLE
+        self._set_volts(j, 0.0 if self.by_rule else joint.held_v)
         self._event(event, j)
 
-    def halt(self, latch: bool = False, fault: str | None = None) -> None:
-        """Stop both joints."""
+    def halt(self, latch: bool = False, fault: str | None = None, hold: bool = False) -> None:
+        """Stop both joints: braked, or held against their weight."""
         for j, joint in enumerate(self.joints):
             joint.mode = IDLE
-            self._set_duty(j, 0)
+            self._set_volts(j, joint.held_v if hold and not self.by_rule else 0.0)
         self.stopped = self.stopped or latch
         if fault:
             self.fault = fault

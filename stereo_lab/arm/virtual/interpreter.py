@@ -102,7 +102,7 @@ class Interpreter:
         self.controller.enable(_flag(word))
 
     def _stop(self):
-        self.controller.halt()
+        self.controller.halt(hold=True)
 
     def _move(self, joint, goal, percent="100"):
         goals = [None, None]
@@ -130,16 +130,18 @@ class Interpreter:
         self.controller.set(j, name, wire.read_number(value, *wire.PARAMETERS[name]))
 
     def _get(self, joint, name):
-        j = _joint(joint)
-        if name not in wire.PARAMETERS:
+        joint = self.controller.joints[_joint(joint)]
+        if name not in (*wire.PARAMETERS, wire.HELD):
             raise wire.ProtocolError(wire.ARGUMENT)
-        return f"{self.controller.joints[j].parameters[name] + 0.0:.3f}"  # no -0.000
+        value = joint.held_v if name == wire.HELD else joint.parameters[name]
+        return f"{round(value, 3) + 0.0:.3f}"  # no -0.000
 
     def _mode(self, word):
         if word not in ("pid", "rule"):
             raise wire.ProtocolError(wire.ARGUMENT)
         self.controller.must_rest()
         self.controller.by_rule = word == "rule"
+        self.controller.halt(hold=True)
 
     def _report(self, milliseconds):
         self.controller.report_ms = _period(milliseconds, 20)

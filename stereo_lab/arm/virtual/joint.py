@@ -5,21 +5,23 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from stereo_lab.motion import TICK_S, Profile, Tuning
+from stereo_lab.motion import MOST_LOAD_V, REST_TICKS, TICK_S, Profile, Tuning
 
-IDLE, MOVE, PUSH, SEEK, BACK, CREEP, REST = range(7)
-RUNAWAY_DEG, FASTER_DEG_S = 0.6, 10.0  # so far against its voltage, and so much faster than it began
-WRONG_COUNTS = 2.5  # against a kick also so many: a coarse encoder has one count for more than RUNAWAY_DEG
+IDLE, HOLD, MOVE, PUSH, SEEK, BACK, CREEP, REST = range(8)
+RUNAWAY_DEG = 0.6  # so far against its voltage
+WRONG_COUNTS = 2.5  # but also so many: a coarse encoder has one count for more than RUNAWAY_DEG
 FOLLOW_DEG = 20.0  # a joint so far behind its plan is stalled
 STALL_TICKS = 250  # by the rule: half a second of voltage without a count is a stall
-STUCK_TICKS, STALL_V = 50, 1.5  # along a profile: so long without a count, with so much more than starts it
+STUCK_TICKS = 50  # along a profile: so long, with so much more than starts it, and no faster
+STALL_V = 1.5
+CREEPS_DEG_S = 10.0
 HELD_TICKS = 125  # pushed: the same for so long
 CLOSED_TICKS = 3  # a home switch that is closed for less is a glitch on its wire
 DEFAULTS = {
-    "lo": -180.0, "hi": 180.0, "home": -185.0, "cruise": 180.0, "acc": 1000.0, "k": 200.0, "tau": 60.0, "db+": 1.2,
-    "db-": 1.6, "st+": 1.4, "st-": 1.85, "zone": 5.0, "counts": 1920.0, "supply": 6.0,
+    "lo": -165.0, "hi": 165.0, "home": -170.0, "cruise": 180.0, "acc": 500.0, "k": 75.0, "tau": 60.0, "db+": 0.4,
+    "db-": 0.55, "st+": 0.46, "st-": 0.65, "zone": 5.0, "counts": 4094.4, "supply": 6.0, "g1": 0.0, "g2": 0.0,
 }  # fmt: skip
-SECOND_JOINT = {"lo": -160.0, "hi": 160.0, "home": -165.0}
+SECOND_JOINT = {"lo": -155.0, "hi": 155.0, "home": -160.0}
 
 
 class Joint:
@@ -28,7 +30,7 @@ class Joint:
     Attributes
     ----------
     parameters : dict, as SET takes them; see PROTOCOL.md
-    mode : IDLE, MOVE, PUSH, or a leg of the homing: SEEK, BACK, CREEP, REST
+    mode : IDLE, HOLD, MOVE, PUSH, or a leg of the homing: SEEK, BACK, CREEP, REST
     rule : SlowDownRule or Profile of the move under way
     duty : int, -255 to 255, what its motor gets
     position_deg, speed_deg_s : float, by its encoder
@@ -41,10 +43,13 @@ class Joint:
         self.rule: Any = None
         self.zero_count, self.zero_deg, self.homed = 0, 0.0, False
         self.position_deg = self.speed_deg_s = 0.0
-        self.against_deg = self.against_from_deg_s = 0.0
-        self.wrong_deg = 0.0  # turned against a kick
+        self.rested_v = 0.0  # the voltage under which it rested when the command under way began
+        self.obeyed_deg = self.wrong_deg = 0.0  # turned since then with what was added to it, and against that
+        self.weight_v = self.held_v = self.load_v = 0.0  # what holds the arm's weight, and what was learned besides
         self.closed_count = 0
-        self.still_ticks, self.push_ticks, self.closed_ticks, self.tries = 0, 0, 0, 0
+        self.still_ticks = REST_TICKS  # whatever it did before, nothing moves it now
+        self.push_ticks, self.closed_ticks, self.tries, self.push_v = 0, 0, 0, 0.0
+        self.strained_ticks = self.idle_ticks = 0
         self.retune()
 
     def retune(self) -> None:
@@ -67,21 +72,44 @@ class Joint:
             self.still_ticks += 1
             return
         self.still_ticks = 0
-        if turned * self.duty < 0:
-            if self.against_deg == 0.0:
-                self.against_from_deg_s = abs(self.speed_deg_s)
-            self.against_deg += abs(turned)
-            if getattr(self.rule, "kick_v", 0.0):  # it was at rest: nothing but the kick turns it
-                self.wrong_deg += abs(turned)
-        elif self.duty:
-            self.against_deg = self.wrong_deg = 0.0
+        added_v = self.volts - self.rested_v
+        if turned * added_v > 0 or turned * self.left_deg > 0:  # with its voltage, or where it should
+            self.obeyed_deg += abs(turned)
+        elif abs(added_v) > 2 * self.tuning.dead_band_v[int(added_v < 0)]:  # less may be the pull of the other joint
+            self.wrong_deg += abs(turned)
+
+    @property
+    def left_deg(self) -> float:
+        """How far it has to go; 0 without a goal."""
+        return self.rule.goal_deg - self.position_deg if isinstance(self.rule, Profile) else 0.0
+
+    @property
+    def volts(self) -> float:
+        """What its motor gets."""
+        return self.duty * self.parameters["supply"] / 255
+
+    def begin(self, mode: int) -> None:
+        """A command begins. What was seen so far does not count any more, unless it goes on with another goal."""
+        if self.mode != mode:
+            self.rested_v, self.obeyed_deg, self.wrong_deg = self.volts, 0.0, 0.0
+            if self.still_ticks < REST_TICKS:
+                self.obeyed_deg = math.inf  # what carries it on may be a load
+            self.still_ticks = self.strained_ticks = 0
+        self.mode = mode
 
     @property
     def runs_away(self) -> bool:
-        """Whether it turns against its voltage, and faster and faster: not just being braked; or from rest."""
-        faster = abs(self.speed_deg_s) > self.against_from_deg_s + FASTER_DEG_S
-        wrong = self.wrong_deg > max(RUNAWAY_DEG, WRONG_COUNTS * self.degree)
-        return wrong or (self.against_deg > RUNAWAY_DEG and faster)
+        """Whether it turned from rest against what was added to the voltage under which it rested.
+
+        No load does that: it would have turned the joint before.
+        """
+        most = max(RUNAWAY_DEG, WRONG_COUNTS * self.degree)
+        return self.wrong_deg > most and self.obeyed_deg < most
+
+    @property
+    def overloaded(self) -> bool:
+        """Whether it holds all the load that it may, and that is not enough or just so: a weight, and no wrong wire."""
+        return abs(self.load_v) >= MOST_LOAD_V
 
     @property
     def pressed(self) -> bool:
@@ -91,7 +119,7 @@ class Joint:
     @property
     def held(self) -> bool:
         """Whether a push does not turn it that should."""
-        return self.still_ticks > HELD_TICKS and abs(self.duty) * self.parameters["supply"] / 255 > self.stall_v
+        return self.still_ticks > HELD_TICKS and abs(self.push_v) > self.stall_v
 
     def stand_at(self, count: int, angle_deg: float, now: int | None = None) -> None:
         """Call the place of a count so many degrees. ``now``: the count of where it stands, if it is another."""
@@ -101,16 +129,47 @@ class Joint:
     def plan(self, goal_deg: float, cruise: float, acceleration: float, from_plan: Profile | None = None) -> Profile:
         """A profile to a goal, from rest; or the one that is under way, with a new goal."""
         if from_plan is None:
-            return Profile(self.tuning, self.position_deg, goal_deg, cruise, acceleration)
+            return Profile(self.tuning, self.position_deg, goal_deg, cruise, acceleration, self.load_v)
         from_plan.retarget(goal_deg, cruise, acceleration)
         return from_plan
 
+    def hold(self) -> None:
+        """Hold it where it stands."""
+        self.mode, self.strained_ticks = HOLD, 0
+        self.rule = self.plan(self.position_deg, 0.0, 0.0)
+
+    def forget_load(self) -> None:
+        """What was learned of a load is no longer true; what it holds is found anew."""
+        self.load_v = self.held_v = self.weight_v = 0.0
+        if self.mode == HOLD:
+            self.mode = IDLE
+
+    def hold_weight_as_load(self) -> None:
+        """Where down is will not be known any more; what holds the weight now goes on as a load."""
+        self.load_v = min(max(self.load_v + self.weight_v, -MOST_LOAD_V), MOST_LOAD_V)
+        self.weight_v = 0.0
+        if self.mode == HOLD:
+            self.mode = IDLE
+
+    def follow(self, cosines: tuple[float, float]) -> float:
+        """The voltage that its rule asks for; ``cosines``: of the angles of both links, 0 where they are not known."""
+        if not isinstance(self.rule, Profile):
+            return self.rule.volts(self.position_deg)
+        self.weight_v = self.parameters["g1"] * cosines[0] + self.parameters["g2"] * cosines[1]
+        volts = self.rule.volts(self.position_deg, self.weight_v)
+        self.held_v, self.load_v = self.rule.held_v, self.rule.load_v
+        return volts
+
     def stalls(self, volts: float) -> bool:
-        """Whether it does not turn as it should under this voltage."""
+        """Whether it does not turn as it should under this voltage: much more than holds its weight, and no motion."""
         if not isinstance(self.rule, Profile):
             return self.still_ticks > STALL_TICKS and volts != 0
-        behind = abs(self.rule.planned_deg - self.position_deg) > FOLLOW_DEG
-        return behind or (self.still_ticks > STUCK_TICKS and abs(volts) > self.stall_v)
+        push_v = volts - self.weight_v
+        turns = self.speed_deg_s * push_v > CREEPS_DEG_S * abs(push_v)
+        strained = abs(push_v) > self.stall_v or self.overloaded
+        self.strained_ticks = self.strained_ticks + 1 if strained and not turns else 0
+        behind = abs(self.rule.planned_deg - self.position_deg)
+        return behind > FOLLOW_DEG or self.strained_ticks > STUCK_TICKS
 
     def duration_s(self, goal_deg: float) -> float:
         """Seconds of a trapezoid from here to a goal."""
@@ -122,5 +181,10 @@ class Joint:
 
     @property
     def busy(self) -> bool:
-        """Whether it does anything."""
-        return self.mode != IDLE
+        """Whether it does anything but hold its place."""
+        return self.mode > HOLD
+
+    @property
+    def corrects(self) -> bool:
+        """Whether it is held, and has been moved off its place."""
+        return self.mode == HOLD and abs(self.rule.goal_deg - self.position_deg) > self.tuning.arrived_deg

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import threading
 import time
+from dataclasses import replace
 from urllib.parse import parse_qsl, urlsplit
 
 import numpy as np
@@ -15,10 +16,10 @@ from serial.serialutil import PortNotOpenError, SerialBase, SerialException
 
 from stereo_lab.arm import protocol as wire
 from stereo_lab.arm.virtual.controller import BYTES_PER_TICK, Controller
-from stereo_lab.arm.virtual.plant import BENCH_MOTORS, EQUAL_MOTORS, Faults, Plant
+from stereo_lab.arm.virtual.plant import BENCH_ARM, BENCH_MOTORS, EQUAL_MOTORS, Faults, Plant
 from stereo_lab.motion import TICK_S, Motor
 
-OPTIONS = "realtime, seed, motors, noise, silent, unplugged, reset, stall, runaway"
+OPTIONS = "realtime, seed, motors, load_g, noise, silent, unplugged, reset, stall, runaway"
 
 
 class VirtualPort(SerialBase):
@@ -48,7 +49,7 @@ class VirtualPort(SerialBase):
         self._lock = threading.RLock()
         self._rng = np.random.default_rng(options["seed"])
         self.faults = Faults(noise=options["noise"], stalled=options["stall"], reversed=options["runaway"])
-        self._plant = Plant(_motors(options), self.faults)
+        self._plant = Plant(_motors(options), self.faults, _arm(options))
         self._controller = Controller(self._plant)
         self._events = {name: options[name] for name in ("silent", "unplugged", "reset") if options[name] is not None}
         self._realtime, self._start = options["realtime"], time.monotonic()
@@ -60,7 +61,7 @@ class VirtualPort(SerialBase):
         given = dict(parse_qsl(parts.query, keep_blank_values=True))
         if parts.netloc != "arm" or parts.path not in ("", "/"):
             raise SerialException(f"expected virtual://arm, got {self._port}")
-        options = {"realtime": False, "seed": 0, "motors": None, "noise": 0.0, "silent": None, "unplugged": None,
+        options = {"realtime": False, "seed": 0, "motors": None, "load_g": None, "noise": 0.0, "silent": None, "unplugged": None,
                    "reset": None, "stall": frozenset(), "runaway": frozenset()}  # fmt: skip
         for name, word in given.items():
             if name not in options:
@@ -106,7 +107,7 @@ class VirtualPort(SerialBase):
 
     def _idle(self):
         c = self._controller
-        return self._plant.at_rest and not c.busy and not c.line.tx and not c.report_ms
+        return self._plant.still and not c.busy and c.settled and not c.line.tx and not c.report_ms
 
     def _skip(self, end):
         """Nothing moves: jump to the end."""
@@ -205,9 +206,15 @@ class VirtualPort(SerialBase):
         return self._plant.motors
 
     @property
+    def weight_v(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """What weighing has to find out: g1 and g2 of both joints, volts."""
+        (first, second), (one, other) = self._plant.weights, (m.torque_per_volt for m in self.motors)
+        return (first / one, second / one), (0.0, second / other)
+
+    @property
     def at_rest(self) -> bool:
-        """Whether both motors stand still without voltage."""
-        return self._plant.at_rest
+        """Whether both motors stand still, and will."""
+        return self._plant.still
 
     def reset(self) -> None:
         """Restart the controller, as a dip of its supply does; the motors stop."""
@@ -231,6 +238,18 @@ def _motors(options):
     return tuple(Motor.random(rng) for _ in range(2))
 
 
+def _arm(options):
+    if options["load_g"] is None:
+        return BENCH_ARM
+    return replace(BENCH_ARM, weight=replace(BENCH_ARM.weight, load_g=options["load_g"]))
+
+
+def _grams(word):
+    if not 0 <= float(word) <= 1000:
+        raise ValueError(word)
+    return float(word)
+
+
 def _motor_name(word):
     return {"bench": "bench", "equal": "equal", "random": "random"}[word]
 
@@ -252,6 +271,7 @@ def _joints(word):
 
 
 READ = {
-    "realtime": lambda word: {"0": False, "1": True}[word], "seed": int, "motors": _motor_name, "noise": _part,
+    "realtime": lambda word: {"0": False, "1": True}[word], "seed": int, "motors": _motor_name,
+    "load_g": _grams, "noise": _part,
     "silent": _seconds, "unplugged": _seconds, "reset": _seconds, "stall": _joints, "runaway": _joints,
 }  # fmt: skip

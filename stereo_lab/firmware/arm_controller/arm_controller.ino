@@ -19,26 +19,28 @@
 #include <stdlib.h>
 #include <string.h>
 
-const float TICK_S = 0.002;  // the controller looks and acts 500 times a second
+const float TICK_S = 0.002, TICKS_A_SECOND = 500;  // the controller looks and acts 500 times a second
 const uint8_t TICK_MS = 2;
 const float ARRIVED_COUNTS = 0.6;
 const uint8_t REST_TICKS = 6;
-const float KICK_V = 0.02;
-const float RUNAWAY_DEG = 0.6, FASTER_DEG_S = 10, WRONG_COUNTS = 2.5;
-const float FOLLOW_DEG = 20, STALL_V = 1.5;
-const uint16_t STALL_TICKS = 250, STUCK_TICKS = 50, HELD_TICKS = 125;
+const float LAG_DEG = 10, KICK_V = 0.02, KEPT = 0.5, MOST_LOAD_V = 2;
+const float RUNAWAY_DEG = 0.6, WRONG_COUNTS = 2.5;
+const float FOLLOW_DEG = 20, STALL_V = 1.5, CREEPS_DEG_S = 10;
+const uint16_t STALL_TICKS = 250, STUCK_TICKS = 50, HELD_TICKS = 125, COAST_TICKS = 250;
 const uint8_t CLOSED_TICKS = 3, BRAKE_TICKS = 125;
 const float SEEK_DEG = 400, SEEK_DEG_S = 60, BACK_DEG = 8, CREEP_DEG_S = 10, HOME_ACC = 1000;
 const uint8_t BACK_TRIES = 6;
 const uint8_t LINE_MAX = 63;
 
-enum Mode : uint8_t { IDLE, MOVE, PUSH, SEEK, BACK, CREEP, REST };
+enum Mode : uint8_t { IDLE, HOLD, MOVE, PUSH, SEEK, BACK, CREEP, REST };
 enum Code : uint8_t { FINE, CHECKSUM, COMMAND, ARGUMENT, LIMIT, OFF, TOO_LONG, OVERRUN, BUSY };
 const char *const ERRORS[] = {"", "checksum", "command", "argument", "limit", "off", "too long", "overrun", "busy"};
 
 struct Joint {
   // parameters, in the order of PARAMETERS below
-  float lo, hi, home, cruise, acc, k, tau, db[2], st[2], zone, counts, supply;
+  float lo, hi, home, cruise, acc, k, tau, db[2], st[2], zone, counts, supply, g[2];
+  // what follows from them: divisions are slow, and a tick has two milliseconds
+  float kp, ki, per_k, tau_per_k, volts_of_duty, duty_of_volts, arrived, most_to_start;
   // where it stands
   volatile int32_t edges;
   volatile uint16_t lost;
@@ -49,11 +51,13 @@ struct Joint {
   // what it does
   Mode mode;
   int16_t duty;
-  float against, against_from, wrong;  // turned against its voltage; and against a kick from rest
-  uint16_t still, push_ticks;
+  float rested_v, obeyed, wrong;  // its voltage at rest before this began; turned since with what was added, and against
+  float weight, load, held, push;  // volts: what holds the arm's weight, a load besides, both; and a push on top
+  uint16_t still, strained, push_ticks, idles;
   uint8_t tries, closed;
+  bool pushed;
   // the plan of a move
-  float planned, plan_speed, goal, left, plan_cruise, plan_acc, integral, kick, way, fast_v, slow_v;
+  float planned, plan_speed, speeding_up, goal, left, plan_cruise, plan_acc, kick, way, fast_v, slow_v;
   uint8_t rests;
 };
 
@@ -69,6 +73,7 @@ const Parameter PARAMETERS[] = {
     {"tau", AT(tau), 5, 1000},     {"db+", AT(db), 0, 24},      {"db-", AT(db) + sizeof(float), 0, 24},
     {"st+", AT(st), 0, 24},        {"st-", AT(st) + sizeof(float), 0, 24},
     {"zone", AT(zone), 0, 180},    {"counts", AT(counts), 16, 65535}, {"supply", AT(supply), 1, 24},
+    {"g1", AT(g), -24, 24},        {"g2", AT(g) + sizeof(float), -24, 24},
 };
 
 Joint joints[2];
@@ -77,7 +82,6 @@ char fault = '-', fault_joint;
 uint16_t watchdog_ms = 1000, report_ms, dropped;
 uint32_t now_ms, heard_ms, reported_ms;
 volatile uint8_t tick_due;
-uint8_t off_ticks;
 
 // The serial line: own buffers, so that a full line never holds up the motors for long.
 
@@ -174,12 +178,19 @@ void event(const char *name, int8_t j) {
 
 bool homing(const Joint &joint) { return joint.mode >= SEEK; }
 
+bool busy(const Joint &joint) { return joint.mode > HOLD; }
+
+bool beside(const Joint &joint) {  // held, and moved off its place
+  return joint.mode == HOLD && fabs(joint.goal - joint.position) > joint.arrived;
+}
+
 void say_status() {
   begin_line();
   if (stopped) say("<stop");
   else if (!enabled) say("<off");
   else if (homing(joints[0]) || homing(joints[1])) say("<home");
-  else say(joints[0].mode || joints[1].mode ? "<run" : "<idle");
+  else if (busy(joints[0]) || busy(joints[1]) || beside(joints[0]) || beside(joints[1])) say("<run");
+  else say("<idle");
   say(" t=");
   say_number(now_ms & 0x7FFFFFFF);
   say(" h=");
@@ -247,15 +258,27 @@ void set_duty(uint8_t j, int16_t duty) {
   sei();
 }
 
-void set_enabled(bool on) {  // off: the motors are braked already; tick() lets the driver go to standby after that
-  if (on || enabled) off_ticks = 0;
-  enabled = on;
-  if (on) PORTB |= _BV(PB0);
+void brake_or_let_go() {  // off, a motor that turns is braked; when both have rested for a while, no current flows
+  if (!enabled && joints[0].still >= BRAKE_TICKS && joints[1].still >= BRAKE_TICKS) PORTB &= ~_BV(PB0);
+  else PORTB |= _BV(PB0);
 }
 
 void set_volts(uint8_t j, float volts) {
-  float duty = volts * 255 / joints[j].supply;
+  float duty = volts * joints[j].duty_of_volts;
   set_duty(j, lround(duty > 255 ? 255 : duty < -255 ? -255 : duty));
+}
+
+void retune(Joint &joint) {  // after a change of its parameters
+  float tau = joint.tau / 1000;
+  joint.per_k = 1 / joint.k;
+  joint.tau_per_k = tau / joint.k;
+  joint.kp = 2 / (joint.k * tau);
+  joint.ki = joint.kp / (4 * tau) * TICK_S;
+  joint.volts_of_duty = joint.supply / 255;
+  joint.duty_of_volts = 255 / joint.supply;
+  joint.degree = 360 / joint.counts;
+  joint.arrived = ARRIVED_COUNTS * joint.degree;
+  joint.most_to_start = (joint.st[0] > joint.st[1] ? joint.st[0] : joint.st[1]) + STALL_V;
 }
 
 void stand_at(Joint &joint, float angle) {
@@ -263,10 +286,11 @@ void stand_at(Joint &joint, float angle) {
   joint.zero_deg = joint.position = angle;
 }
 
-void halt(bool latch, char why, char which) {
+void halt(bool latch, char why, char which, bool hold = false) {  // braked, or held against the arm's weight
   for (uint8_t j = 0; j < 2; j++) {
+    if (joints[j].mode != IDLE) joints[j].idles = 0;
     joints[j].mode = IDLE;
-    set_duty(j, 0);
+    set_volts(j, hold && !by_rule ? joints[j].held : 0);
   }
   stopped |= latch;
   if (why) {
@@ -276,8 +300,8 @@ void halt(bool latch, char why, char which) {
 }
 
 void finish(uint8_t j, const char *name) {
-  joints[j].mode = IDLE;
-  set_duty(j, 0);
+  joints[j].mode = joints[j].mode == MOVE && !by_rule ? HOLD : IDLE;
+  set_volts(j, by_rule ? 0 : joints[j].held);
   event(name, j);
 }
 
@@ -290,7 +314,7 @@ void stall(uint8_t j) {
 
 void plan_from_rest(Joint &joint) {
   joint.planned = joint.position;
-  joint.plan_speed = joint.integral = joint.kick = 0;
+  joint.plan_speed = joint.speeding_up = joint.kick = 0;
   joint.rests = 0;
 }
 
@@ -306,7 +330,7 @@ __attribute__((noinline)) void plan_to(Joint &joint, float goal, float cruise, f
 void trapezoid_step(Joint &joint) {
   float left = joint.left, way = left >= 0 ? 1 : -1;
   float change = joint.plan_acc * TICK_S;
-  float in_time = sqrt(change * change / 4 + 2 * joint.plan_acc * fabs(left)) - change / 2;
+  float in_time = sqrt(change * change * 0.25f + 2 * joint.plan_acc * fabs(left)) - change * 0.5f;
   float faster = joint.plan_speed * way + change, slower = joint.plan_speed * way - change;
   float speed = in_time < joint.plan_cruise ? in_time : joint.plan_cruise;
   speed = speed > faster ? faster : speed < slower ? slower : speed;
@@ -322,32 +346,45 @@ void trapezoid_step(Joint &joint) {
 
 float kick_volts(Joint &joint, float error) {
   joint.kick += KICK_V;
-  return error > 0 ? joint.st[0] + joint.kick : -joint.st[1] - joint.kick;
+  float starts = joint.st[error < 0] + joint.kick, asks = joint.kp * fabs(error);
+  if (starts < asks) starts = asks;
+  return joint.held + (error > 0 ? starts : -starts);
 }
 
-float settle_volts(Joint &joint, float error, bool *done) {
-  if (fabs(error) <= ARRIVED_COUNTS * joint.degree) *done = joint.rests >= REST_TICKS;
-  else if (joint.rests >= REST_TICKS) return kick_volts(joint, error);
+void add_load(Joint &joint, float volts) {  // never more than a motor may hold
+  joint.load += volts;
+  joint.load = joint.load > MOST_LOAD_V ? MOST_LOAD_V : joint.load < -MOST_LOAD_V ? -MOST_LOAD_V : joint.load;
+}
+
+void learn(Joint &joint, float error) {  // what the error, and a kick that has just ended, tell of the load
+  add_load(joint, joint.ki * error + (error > 0 ? KEPT : -KEPT) * joint.kick);
   joint.kick = 0;
-  return 0;
+  joint.held = joint.weight + joint.load;
 }
 
 float profile_volts(Joint &joint, bool *done) {
-  float before = joint.plan_speed;
-  trapezoid_step(joint);
-  float error = joint.planned - joint.position, there = joint.left;
+  float before = joint.plan_speed, lag = joint.planned - joint.position;
+  if (before == 0 || (before > 0 ? lag : -lag) < LAG_DEG) trapezoid_step(joint);  // else the plan waits
+  float there = joint.left;
   if (there * joint.plan_speed >= 0 && (joint.goal - joint.position) * there <= 0) {
-    joint.planned = joint.goal;  // ahead of its plan: brake now
+    joint.planned = joint.goal;  // ahead of its plan, or at its end
     joint.left = joint.plan_speed = 0;
-    return settle_volts(joint, joint.goal - joint.position, done);
   }
-  if (joint.rests >= REST_TICKS && error * joint.plan_speed > 0) return kick_volts(joint, error);
-  joint.kick = 0;
-  float tau = joint.tau / 1000, kp = 2 / (joint.k * tau);
-  joint.integral += kp / (4 * tau) * error * TICK_S;
+  joint.speeding_up = (joint.plan_speed - before) * TICKS_A_SECOND;
+  joint.held = joint.weight + joint.load;
+  float error = joint.planned - joint.position;
+  bool ended = joint.left == 0 && joint.plan_speed == 0;
+  if (ended && fabs(error) <= joint.arrived) {
+    *done = joint.rests >= REST_TICKS;
+    joint.kick = 0;
+    return joint.held;
+  }
+  if (joint.rests >= REST_TICKS && (ended || error * joint.plan_speed > 0)) return kick_volts(joint, error);
+  learn(joint, error);
+  float feedback = joint.kp * error + joint.held;
+  if (ended) return feedback;
   float friction = joint.plan_speed > 0 ? joint.db[0] : -joint.db[1];
-  float acceleration = (joint.plan_speed - before) / TICK_S;
-  return friction + (joint.plan_speed + tau * acceleration) / joint.k + kp * error + joint.integral;
+  return friction + joint.plan_speed * joint.per_k + joint.speeding_up * joint.tau_per_k + feedback;
 }
 
 float rule_volts(Joint &joint, bool *done) {
@@ -357,12 +394,15 @@ float rule_volts(Joint &joint, bool *done) {
   return joint.way * (left > joint.zone ? joint.fast_v : joint.slow_v);
 }
 
-float most_to_start(const Joint &joint) { return (joint.st[0] > joint.st[1] ? joint.st[0] : joint.st[1]) + STALL_V; }
+bool overloaded(const Joint &joint) { return fabs(joint.load) >= MOST_LOAD_V; }
 
-bool stalls(const Joint &joint, float volts) {
+bool stalls(Joint &joint, float volts) {
   if (by_rule && joint.mode == MOVE) return joint.still > STALL_TICKS && volts != 0;
-  bool behind = fabs(joint.planned - joint.position) > FOLLOW_DEG;
-  return behind || (joint.still > STUCK_TICKS && fabs(volts) > most_to_start(joint));
+  float push = volts - joint.weight;
+  bool turns = (push > 0 ? joint.speed : -joint.speed) > CREEPS_DEG_S;
+  bool strained = fabs(push) > joint.most_to_start || overloaded(joint);
+  joint.strained = strained && !turns ? joint.strained + 1 : 0;
+  return fabs(joint.planned - joint.position) > FOLLOW_DEG || joint.strained > STUCK_TICKS;
 }
 
 // The control loop.
@@ -372,19 +412,37 @@ void look(Joint &joint) {
   int32_t turned = count - joint.count;
   joint.count = count;
   joint.position = joint.zero_deg + (count - joint.zero_count) * joint.degree;
-  joint.speed += 0.1f * (turned * joint.degree / TICK_S - joint.speed);
+  joint.speed += 0.1f * (turned * joint.degree * TICKS_A_SECOND - joint.speed);
   if (turned == 0) {
     if (joint.still < 65535) joint.still++;
     if (joint.rests < 255) joint.rests++;
     return;
   }
   joint.still = joint.rests = 0;
-  if ((turned > 0) != (joint.duty > 0) && joint.duty) {
-    if (joint.against == 0) joint.against_from = fabs(joint.speed);
-    joint.against += fabs(turned * joint.degree);
-    if (joint.kick > 0) joint.wrong += fabs(turned * joint.degree);  // it was at rest
-  } else if (joint.duty) {
-    joint.against = joint.wrong = 0;
+  float added = joint.duty * joint.volts_of_duty - joint.rested_v, way = turned * joint.degree;
+  float left = joint.mode == PUSH || by_rule ? 0 : joint.goal - joint.position;
+  if (way * added > 0 || way * left > 0) joint.obeyed += fabs(way);  // with its voltage, or where it should
+  else if (fabs(added) > 2 * joint.db[added < 0]) joint.wrong += fabs(way);
+}
+
+bool runs_away(const Joint &joint) {  // from rest against what was added to the voltage under which it rested
+  float most = WRONG_COUNTS * joint.degree;
+  if (most < RUNAWAY_DEG) most = RUNAWAY_DEG;
+  return joint.wrong > most && joint.obeyed < most;
+}
+
+void forget_loads() {  // the angles are other ones now, and so is what holds the weight
+  for (uint8_t j = 0; j < 2; j++) {
+    joints[j].load = joints[j].held = joints[j].weight = 0;
+    if (joints[j].mode == HOLD) joints[j].mode = IDLE;
+  }
+}
+
+void hold_weight_as_load() {  // where down is will not be known any more
+  for (uint8_t j = 0; j < 2; j++) {
+    add_load(joints[j], joints[j].weight);
+    joints[j].weight = 0;
+    if (joints[j].mode == HOLD) joints[j].mode = IDLE;
   }
 }
 
@@ -401,13 +459,14 @@ void keep_homing(uint8_t j, Joint &joint) {
     if (joint.still >= REST_TICKS) {
       joint.homed = true;
       finish(j, "home");
+      forget_loads();
     }
     return;
   }
   if (joint.mode == SEEK && closed) {
     back_off(joint);
   } else if (joint.mode == CREEP && closed) {
-    set_duty(j, 0);
+    set_volts(j, joint.held);
     joint.zero_count = joint.closed_count;
     joint.zero_deg = joint.home;
     joint.position = joint.home + (joint.count - joint.zero_count) * joint.degree;
@@ -429,34 +488,62 @@ void keep_homing(uint8_t j, Joint &joint) {
   }
 }
 
+void hold(Joint &joint) {  // where it stands
+  joint.mode = HOLD;
+  joint.strained = 0;
+  plan_from_rest(joint);
+  plan_to(joint, joint.position, 0, 0);
+}
+
 void keep_pushing(uint8_t j, Joint &joint) {
   if (joint.push_ticks) joint.push_ticks--;
-  if ((joint.duty > 0 && joint.position > joint.hi) || (joint.duty < 0 && joint.position < joint.lo)) finish(j, "limit");
-  else if (joint.still > HELD_TICKS && fabs(joint.duty) * joint.supply / 255 > most_to_start(joint)) stall(j);
-  else if (joint.push_ticks == 0 && joint.duty) set_duty(j, 0), joint.still = 0;
+  if ((joint.push > 0 && joint.position > joint.hi) || (joint.push < 0 && joint.position < joint.lo)) finish(j, "limit");
+  else if (joint.still > HELD_TICKS && fabs(joint.push) > joint.most_to_start) stall(j);
+  else if (joint.push_ticks == 0 && joint.pushed) set_volts(j, joint.held), joint.pushed = false, joint.still = 0;
   else if (joint.push_ticks == 0 && joint.still >= REST_TICKS) finish(j, "done");
+  else if (joint.push_ticks == 0 && ++joint.idles > COAST_TICKS) finish(j, "done");  // a load carries it on
 }
 
 void follow(uint8_t j, Joint &joint) {
   bool done = false;
   float volts = by_rule ? rule_volts(joint, &done) : profile_volts(joint, &done);
-  if (done) finish(j, "done");
+  if (done && joint.mode == MOVE) finish(j, "done");
   else if (stalls(joint, volts)) stall(j);
   else set_volts(j, volts);
 }
 
-void control(uint8_t j) {
+void look_at(uint8_t j) {
   Joint &joint = joints[j];
   look(joint);
   if (!closed_now(j)) joint.closed = 0;
   else if (!joint.closed++) joint.closed_count = joint.count;  // the place counts, if it proves to be no glitch
   else if (joint.closed > CLOSED_TICKS) joint.closed = CLOSED_TICKS;
+}
+
+void weigh() {  // what holds the arm in this pose, where both joints know where they stand; a cosine takes its time
+  static uint8_t ticks;
+  if (++ticks & 7) return;
+  const float RADIANS = M_PI / 180;
+  bool known = joints[0].homed && joints[1].homed;
+  float one = known ? cos(joints[0].position * RADIANS) : 0;
+  float both = known ? cos((joints[0].position + joints[1].position) * RADIANS) : 0;
+  for (uint8_t j = 0; j < 2; j++) joints[j].weight = joints[j].g[0] * one + joints[j].g[1] * both;
+}
+
+void hold_if_it_rests(Joint &joint) {  // or after a while; not in the paper's way, and not after a fault
+  if (joint.idles < 65535) joint.idles++;
+  if (!enabled || stopped || fault != '-' || by_rule) return;
+  if (joint.still >= REST_TICKS || joint.idles > COAST_TICKS) hold(joint);
+}
+
+void control(uint8_t j) {
+  Joint &joint = joints[j];
+  if (joint.mode == IDLE) hold_if_it_rests(joint);
   if (joint.mode == IDLE) return;
-  bool faster = joint.against > RUNAWAY_DEG && fabs(joint.speed) > joint.against_from + FASTER_DEG_S;
-  if (faster || (joint.wrong > RUNAWAY_DEG && joint.wrong > WRONG_COUNTS * joint.degree)) {
+  if (busy(joint) && runs_away(joint)) {
     halt(true, 'r', '1' + j);
     event("runaway", j);
-  } else if (joint.mode == MOVE) {
+  } else if (joint.mode <= MOVE) {
     follow(j, joint);
   } else if (joint.mode == PUSH) {
     keep_pushing(j, joint);
@@ -467,11 +554,13 @@ void control(uint8_t j) {
 
 void tick() {
   now_ms += TICK_MS;
+  for (uint8_t j = 0; j < 2; j++) look_at(j);
+  brake_or_let_go();
+  weigh();
   for (uint8_t j = 0; j < 2; j++) control(j);
-  if (!enabled && off_ticks < BRAKE_TICKS && ++off_ticks == BRAKE_TICKS) PORTB &= ~_BV(PB0);
-  if (watchdog_ms && (joints[0].mode || joints[1].mode) && now_ms - heard_ms > watchdog_ms) {
+  if (watchdog_ms && (busy(joints[0]) || busy(joints[1])) && now_ms - heard_ms > watchdog_ms) {
     halt(false, 'w', 0);
-    set_enabled(false);
+    enabled = false;
     event("watchdog", -1);
   }
   if (report_ms && now_ms - reported_ms >= report_ms) {
@@ -513,8 +602,10 @@ bool read_number(const char *text, float low, float high, float *value, Code *co
 
 void begin_move(Joint &joint, Mode mode) {
   if (joint.mode != mode) {  // a new goal on the way does not clear what was seen so far
-    joint.still = 0;
-    joint.against = joint.wrong = joint.kick = 0;
+    joint.rested_v = joint.duty * joint.volts_of_duty;
+    joint.wrong = joint.kick = 0;
+    joint.obeyed = joint.still < REST_TICKS ? 1e6 : 0;  // what carries it on may be a load
+    joint.still = joint.strained = 0;
   }
   joint.mode = mode;
   fault = '-';
@@ -533,7 +624,7 @@ Code move_to(uint8_t which, const float *goals, float pace) {  // which: bit 0 a
   if (stopped || !enabled) return OFF;
   for (uint8_t j = 0; j < 2; j++) {
     if (!(which >> j & 1)) continue;
-    if (joints[j].mode && (by_rule || joints[j].mode != MOVE)) return BUSY;
+    if (busy(joints[j]) && (by_rule || joints[j].mode != MOVE)) return BUSY;
     times[j] = duration(joints[j], goals[j]);
     if (times[j] > longest) longest = times[j];
   }
@@ -561,6 +652,19 @@ bool flag(const char *text, bool *on) {
   return (text[0] == '0' || text[0] == '1') && !text[1];
 }
 
+void write_number(float value) {  // three digits behind the point, into the data of the reply
+  int32_t scaled = lround(fabs(value) * 1000);
+  char *end = data;
+  if (value < 0 && scaled) *end++ = '-';
+  ltoa(scaled / 1000, end, 10);
+  end += strlen(end);
+  *end++ = '.';
+  *end++ = '0' + scaled / 100 % 10;
+  *end++ = '0' + scaled / 10 % 10;
+  *end++ = '0' + scaled % 10;
+  *end = 0;
+}
+
 Code execute() {
   Code code = FINE;
   float value = 0, other = 0;
@@ -578,15 +682,16 @@ Code execute() {
     return code;
   }
   if (is("ST", 0, 0)) {
-    if (!code) halt(false, 0, 0);
+    if (!code) halt(false, 0, 0, true);
     return code;
   }
   if (is("EN", 1, 1)) {
     if (code || !flag(arg[1], &on)) return ARGUMENT;
     if (!on) halt(false, 0, 0);
-    else fault = '-';
+    else if (!enabled || stopped || fault != '-') joints[0].idles = joints[1].idles = 0;
+    if (on) fault = '-';
     stopped = false;
-    set_enabled(on);
+    enabled = on;
     return FINE;
   }
   if (is("CS", 1, 1)) {
@@ -597,8 +702,9 @@ Code execute() {
   if (is("MODE", 1, 1)) {
     bool rule = given == 1 && !strcmp(arg[1], "rule");
     if (code || (!rule && strcmp(arg[1], "pid"))) return ARGUMENT;
-    if (joints[0].mode || joints[1].mode) return BUSY;
+    if (busy(joints[0]) || busy(joints[1])) return BUSY;
     by_rule = rule;
+    halt(false, 0, 0, true);
     return FINE;
   }
   if (is("RP", 1, 1)) {
@@ -639,23 +745,28 @@ Code execute() {
   if (pw) {
     if (!read_number(arg[2], -255, 255, &value, &code) || !read_number(arg[3], 1, 2000, &other, &code)) return code;
     if (stopped || !enabled) return OFF;
-    if (joint.mode) return BUSY;
+    if (busy(joint)) return BUSY;
+    joint.pushed = true;
+    joint.idles = 0;
     joint.push_ticks = (uint16_t)(other / TICK_MS + 0.5f);
     if (!joint.push_ticks) joint.push_ticks = 1;
     begin_move(joint, PUSH);
+    joint.push = (int16_t)value * joint.volts_of_duty - joint.held;  // what is beyond its weight
     set_duty(j, value);
     return FINE;
   }
   if (ze) {
     if (given == 2 && !read_number(arg[2], -360, 360, &value, &code)) return code;
-    if (joint.mode) return BUSY;
+    if (busy(joint)) return BUSY;
     stand_at(joint, value);
     joint.homed = true;
+    forget_loads();
     return FINE;
   }
   if (hm) {
     if (stopped || !enabled) return OFF;
-    if (joint.mode) return BUSY;
+    if (busy(joint)) return BUSY;
+    hold_weight_as_load();
     joint.tries = 0;
     joint.homed = false;
     begin_move(joint, SEEK);
@@ -664,29 +775,23 @@ Code execute() {
     if (pressed(j)) back_off(joint);
     return FINE;
   }
+  if (get && !strcmp(arg[2], "held")) {
+    write_number(joint.held);
+    return FINE;
+  }
   for (const Parameter &parameter : PARAMETERS) {
     if (strcmp(arg[2], parameter.name)) continue;
     float *field = (float *)((char *)&joint + parameter.at);
     if (get) {
-      int32_t scaled = lround(fabs(*field) * 1000);
-      char *end = data;
-      if (*field < 0 && scaled) *end++ = '-';
-      ltoa(scaled / 1000, end, 10);
-      end += strlen(end);
-      *end++ = '.';
-      *end++ = '0' + scaled / 100 % 10;
-      *end++ = '0' + scaled / 10 % 10;
-      *end++ = '0' + scaled % 10;
-      *end = 0;
+      write_number(*field);
       return FINE;
     }
     if (!read_number(arg[3], parameter.low, parameter.high, &value, &code)) return code;
-    if (joints[0].mode || joints[1].mode) return BUSY;
+    if (busy(joints[0]) || busy(joints[1])) return BUSY;
     *field = value;
-    if (parameter.at == AT(counts)) {
-      stand_at(joint, joint.position);
-      joint.degree = 360 / value;
-    }
+    forget_loads();
+    if (parameter.at == AT(counts)) stand_at(joint, joint.position);
+    retune(joint);
     return FINE;
   }
   return ARGUMENT;
@@ -793,17 +898,18 @@ void start_joint(Joint &joint, float range, float home) {
   joint.hi = range;
   joint.home = home;
   joint.cruise = 180;
-  joint.acc = 1000;
-  joint.k = 200;
+  joint.acc = 500;
+  joint.k = 75;
   joint.tau = 60;
-  joint.db[0] = 1.2;
-  joint.db[1] = 1.6;
-  joint.st[0] = 1.4;
-  joint.st[1] = 1.85;
+  joint.db[0] = 0.4;
+  joint.db[1] = 0.55;
+  joint.st[0] = 0.46;
+  joint.st[1] = 0.65;
   joint.zone = 5;
-  joint.counts = 1920;
+  joint.counts = 4094.4;
   joint.supply = 6;
-  joint.degree = 360 / joint.counts;
+  joint.still = REST_TICKS;  // whatever it did before, nothing moves it now
+  retune(joint);
 }
 
 void setup() {
@@ -826,9 +932,8 @@ void setup() {
   UCSR0B = _BV(RXEN0) | _BV(TXEN0) | _BV(RXCIE0);
   PCMSK1 = 0x0F;                                                 // every edge of both encoders
   PCICR = _BV(PCIE1);
-  start_joint(joints[0], 180, -185);
-  start_joint(joints[1], 160, -165);
-  off_ticks = BRAKE_TICKS;
+  start_joint(joints[0], 165, -170);
+  start_joint(joints[1], 155, -160);
   joints[0].lines = PINC & 3;
   joints[1].lines = PINC >> 2 & 3;
   sei();

@@ -1,0 +1,82 @@
+"""What an arm finds out about itself: what it weighs, and what its motors do."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from stereo_lab.arm import protocol as wire
+from stereo_lab.errors import ArmError, UnreachableTargetError
+from stereo_lab.kinematics import JointAngles
+from stereo_lab.motion import MotorCalibration, WeightFit, calibrate_motor, lowest_voltage
+
+if TYPE_CHECKING:
+    from stereo_lab.arm.arm import Arm
+
+WEIGHING_POSES = ((0, 0), (60, 30), (120, -40), (90, 90), (30, 100), (150, -100))  # both links up, sideways and down
+LEAST_POSES = 4
+ROOM_DEG = 30.0  # a calibration that starts so near the middle has room enough
+
+
+def calibrate(arm: Arm, joint: int) -> MotorCalibration:
+    """Measure a motor; see :meth:`stereo_lab.arm.Arm.calibrate`."""
+    if not arm.homed:
+        arm.home()
+    if not any(arm.get(j, name) for j in (1, 2) for name in ("g1", "g2")):
+        weigh(arm)
+    low, high = arm.limits_deg[joint - 1]
+    middle = (low + high) / 2
+    if abs(arm.status().position_deg[joint - 1] - middle) > ROOM_DEG:
+        arm.run(f"MV {joint} {middle:.3f}")
+    push = lambda volts, seconds: arm.push(joint, volts + _weight_v(arm, joint), seconds)
+    found = calibrate_motor(push, arm.supply_v[joint - 1] - abs(_weight_v(arm, joint)))
+    arm.use(joint, found)
+    return found
+
+
+def weigh(arm: Arm) -> tuple[WeightFit, WeightFit]:
+    """Find what holds both joints against the weight; see :meth:`stereo_lab.arm.Arm.weigh`."""
+    if not arm.homed:
+        raise ArmError(f"Expected {arm.name} to be homed: only then its angles tell where down is. Call home() first.")
+    poses = _poses(arm.limits_deg)
+    for joint in (1, 2):
+        arm.set(joint, "g1", 0)
+        arm.set(joint, "g2", 0)
+    rows = []
+    for pose in poses:
+        stands = arm.move_to(JointAngles(*pose))
+        rows.append((stands.theta1_deg, stands.theta2_deg, _middle_v(arm, 1), _middle_v(arm, 2)))
+    one, other, *middles = zip(*rows, strict=True)
+    fits = WeightFit.fit(one, other, middles[0]), WeightFit.fit(one, other, middles[1])
+    for joint, fit in enumerate(fits, start=1):
+        arm.set(joint, "g1", round(fit.g1_v, 3))
+        arm.set(joint, "g2", round(fit.g2_v, 3))
+    return fits
+
+
+def _poses(limits_deg):
+    """The poses to weigh in that lie within the limits; too few tell nothing."""
+    inside = [p for p in WEIGHING_POSES if all(low <= a <= high for a, (low, high) in zip(p, limits_deg, strict=True))]
+    if len(inside) < LEAST_POSES:
+        raise UnreachableTargetError(
+            f"Expected room for {LEAST_POSES} poses or more to weigh the arm in, such as {WEIGHING_POSES[1]} and "
+            f"{WEIGHING_POSES[2]} degrees; the joints turn from "
+            + " and from ".join(f"{low:g} to {high:g}" for low, high in limits_deg)
+            + ". Give it more room."
+        )
+    return inside
+
+
+def _middle_v(arm, joint):
+    """Halfway between the voltages that just turn a joint up and down; they lie round the one that holds it."""
+    held_v = arm.get(joint, wire.HELD)
+    push = lambda volts, seconds: arm.push(joint, held_v + volts, seconds)
+    up, down = (lowest_voltage(push, way, arm.supply_v[joint - 1] - abs(held_v)) for way in (1, -1))
+    return held_v + (up - down) / 2
+
+
+def _weight_v(arm, joint):
+    """What holds the joint where it stands, as far as the controller knows."""
+    stands = arm.angles()
+    one, both = math.radians(stands.theta1_deg), math.radians(stands.theta1_deg + stands.theta2_deg)
+    return arm.get(joint, "g1") * math.cos(one) + arm.get(joint, "g2") * math.cos(both)
