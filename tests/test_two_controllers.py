@@ -1,5 +1,8 @@
 """The virtual controller, the firmware and PROTOCOL.md are one controller: their numbers are the same."""
 
+import contextlib
+import csv
+import math
 import re
 
 import pytest
@@ -7,8 +10,11 @@ import pytest
 from conftest import ROOT
 from stereo_lab.arm import protocol as wire
 from stereo_lab.arm.virtual import controller, joint
-from stereo_lab.arm.virtual.plant import Faults, Plant
+from stereo_lab.arm.virtual.plant import BENCH_ARM, END_STOPS_DEG, SWITCHES_DEG, Faults, Plant
+from stereo_lab.errors import UnreachableTargetError
+from stereo_lab.firmware import drawings
 from stereo_lab.motion import Motor, rules
+from stereo_lab.recording import open_recording
 
 SKETCH = (ROOT / "stereo_lab/firmware/arm_controller/arm_controller.ino").read_text(encoding="utf-8")
 PROTOCOL = (ROOT / "stereo_lab/firmware/PROTOCOL.md").read_text(encoding="utf-8")
@@ -25,7 +31,8 @@ def test_constants_of_the_sketch_are_those_of_the_package(name):
     for value in found:
         assert value == CONSTANTS[name]
     if not found:
-        assert name in ("TICK_MS", "HOME_ACC", "STOP_LOST", "STATUS_BYTES", "ANSWER_BYTES", "BRAKE_TICKS", "KICK_V")
+        assert name in ("TICK_MS", "TICKS_A_SECOND", "HOME_ACC", "STOP_LOST",
+                        "STATUS_BYTES", "ANSWER_BYTES", "BRAKE_TICKS", "KICK_V")  # fmt: skip
 
 
 def test_most_constants_are_shared():
@@ -66,3 +73,51 @@ def test_a_push_lasts_as_long_as_it_says(milliseconds, ticks):
     virtual.enable(True)
     virtual.push(0, 100, milliseconds)
     assert virtual.joints[0].push_ticks == ticks
+
+
+def test_one_set_of_limits_everywhere():
+    """The recording, the controllers after power-up, and the arm that is drawn and weighed; and it reaches enough balls."""
+    arm = open_recording("bench").arm
+    told = tuple((j["lo"], j["hi"]) for j in (joint.DEFAULTS, {**joint.DEFAULTS, **joint.SECOND_JOINT}))
+    assert arm.limits_deg == BENCH_ARM.limits_deg == told
+    assert (arm.l1_mm, arm.l2_mm, arm.weight) == (BENCH_ARM.l1_mm, BENCH_ARM.l2_mm, BENCH_ARM.weight)
+    rows = re.findall(r"start_joint\(joints\[\d\], (\d+), (-?\d+)\)", SKETCH)
+    assert tuple((-float(range_), float(range_)) for range_, _ in rows) == told
+    assert tuple(float(home) for _, home in rows) == SWITCHES_DEG
+    for (low, high), home, (first, last) in zip(told, SWITCHES_DEG, END_STOPS_DEG, strict=True):
+        assert first < home < low < high < last and high - low < 340
+    reached = 0
+    for sample in open_recording("bench").judges("plane"):
+        with contextlib.suppress(UnreachableTargetError):
+            reached += bool(arm.solutions(sample.reference.x_mm, sample.reference.y_mm))
+    assert reached >= 14
+
+
+@pytest.mark.parametrize("name", ["front", "layers", "template"])
+def test_drawings_are_those_of_the_script(name, tmp_path):
+    drawings.main(tmp_path)
+    drawn = (ROOT / f"stereo_lab/firmware/{name}.svg").read_text(encoding="utf-8")
+    assert (tmp_path / f"{name}.svg").read_text(encoding="utf-8") == drawn, "run stereo_lab/firmware/drawings.py"
+
+
+def test_pegs_meet_at_the_end_stops():
+    """Two pegs touch when their middles are one diameter apart: at both ends of the range, and nowhere between."""
+    for low, high in END_STOPS_DEG:
+        radius, fixed = drawings.peg_circle_mm((low, high)), drawings.fixed_peg_deg((low, high))
+        apart = [math.dist(drawings.around(radius, a), drawings.around(radius, fixed)) for a in (low, high)]
+        assert apart == pytest.approx([drawings.PEG_MM] * 2, abs=0.01)
+        between = [
+            math.dist(drawings.around(radius, a), drawings.around(radius, fixed))
+            for a in range(int(low) + 1, int(high))
+        ]
+        assert min(between) > drawings.PEG_MM
+
+
+@pytest.mark.parametrize(("arm", "dollars"), [("DC", 90), ("servo", 70)])
+def test_the_parts_are_as_cheap_as_the_page_says(arm, dollars):
+    with (ROOT / "stereo_lab/firmware/parts.csv").open(encoding="utf-8", newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["arm"] == arm]
+    total = sum(int(row["count"]) * float(row["usd_each"]) for row in rows)
+    assert total < dollars and all(row["seller"] and row["checked"] in ("yes", "not checked") for row in rows)
+    page = (ROOT / "stereo_lab/firmware/README.md").read_text(encoding="utf-8")
+    assert arm != "DC" or f"costs {total:.0f} dollars" in page

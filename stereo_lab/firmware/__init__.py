@@ -1,0 +1,1 @@
+"""The sketch of the real arm, its protocol, and how to build it."""
