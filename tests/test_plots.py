@@ -68,6 +68,7 @@ CALLS = {
     "turret": lambda ax: plots.turret((ARM[1], ARM[2]), ARM, ("Above", "Side"), ax.figure.subplots(1, 2)),
     "motor_curves": lambda ax: plots.motor_curves(UP, [("one", DOWN), ("two", UP)], "A title", ax),
     "stops": lambda ax: plots.stops([("one", UP, 10 * UP), ("two", UP, 9 * UP)], 70.0, "A title", ax, 5.0, 2.0),
+    "holding": lambda ax: plots.holding(10 * UP, (UP, DOWN), 8.0, "A title", ax),
     "plan": lambda ax: plots.plan(UP, DOWN, UP + 1, DOWN + 1, "A title", ax),
     "stopping_errors": lambda ax: plots.stopping_errors([("one", DOWN), ("two", 0.001 * UP)], "A title", ax),
     "touches": lambda ax: plots.touches(ARM, ARM + 1, UP, "A title", ax.figure.subplots(1, 2)),

@@ -7,7 +7,7 @@ from stereo_lab.exercises.question import Question, lesson
 from stereo_lab.motion import slow_down_volts
 from stereo_lab.recording import Recording
 
-CRUISE, COUNTS = 180.0, 1920.0
+CRUISE, COUNTS = 180.0, 4094.4
 
 
 def questions(recording: Recording) -> tuple[Question, ...]:
@@ -43,7 +43,7 @@ def _command():
 
 
 def _volts():
-    tries = ((200.0, 1.2, 180.0), (183.0, 1.55, 90.0), (212.0, 1.05, 300.0))
+    tries = ((75.0, 0.4, 180.0), (69.0, 0.53, 90.0), (79.0, 0.36, 300.0))
     return dict(
         asks="Write the voltage that turns a motor at a given speed.",
         answer=Function(
@@ -144,24 +144,24 @@ def _rule():
 def _edges():
     right = COUNTS * CRUISE / 360
     return dict(
-        asks="The encoder has 1920 edges a turn, the joint makes 180° a second. How many edges a second?",
+        asks="The encoder has 4094.4 edges on a turn of the joint, the joint makes 180° a second. How many edges a second?",
         answer=Number(
             right, 1.0, "",
             (
                 Wrong(COUNTS * CRUISE, "180 degrees are half a turn, not 180 turns."),
-                Wrong(COUNTS, "1920 edges are a whole turn; in a second the joint makes half of one."),
+                Wrong(COUNTS, "4094.4 edges are a whole turn; in a second the joint makes half of one."),
                 Wrong(COUNTS / CRUISE, "that is edges for each degree, but of a turn of 180 degrees."),
                 Wrong(COUNTS / 360, "that is the edges of one degree; there are 180 of them in a second."),
             ),
-            "960 a second: a host that looks 1,000 times a second can just follow, if no look gets lost.",
+            "about 2,047 a second: a host that looks 2,100 times a second can just follow, if no look gets lost.",
         ),
         hints=(
             "How many turns does the joint make in a second?",
             "180° of 360° is half a turn.",
-            "edges_per_s = 1920 * 180 / ____",
+            "edges_per_s = 4094.4 * 180 / ____",
         ),
-        code="edges_per_s = 1920 * 180 / 360",
-        reason="Half a turn a second, 1920 edges a turn.",
+        code="edges_per_s = 4094.4 * 180 / 360",
+        reason="Half a turn a second, 4094.4 edges a turn.",
         reference=right,
     )  # fmt: skip
 

@@ -11,9 +11,33 @@ from numpy.typing import ArrayLike
 
 from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION
 
-__all__ = ["motor_curves", "plan", "stopping_errors", "stops", "touches"]
+__all__ = ["holding", "motor_curves", "plan", "stopping_errors", "stops", "touches"]
 
 STYLES = ((BLUE, "-"), (VERMILION, "--"), (GREEN, "-."), (ORANGE, ":"))
+
+
+def holding(
+    theta1_deg: ArrayLike, torques_nm: Sequence[ArrayLike], rated_nm: float, title: str, ax: Axes | None = None
+) -> Axes:
+    """What shoulder and elbow must hold over the shoulder's angle, beside what their motors may.
+
+    Parameters
+    ----------
+    torques_nm : two arrays, N·m, of shoulder and elbow
+    rated_nm : float, N·m
+    """
+    ax = ax or plt.gca()
+    for (color, dash), label, torque in zip(STYLES, ("shoulder", "elbow"), torques_nm, strict=False):
+        ax.plot(theta1_deg, torque, dash, color=color, linewidth=2.5, label=label)
+    ax.axhline(0, color=BLACK, linewidth=0.8)
+    for side in (rated_nm, -rated_nm):
+        ax.axhline(side, color=ORANGE, linewidth=2, linestyle=":", label="motor, for long" if side > 0 else None)
+    ax.set_xticks(range(-180, 181, 45))
+    ax.set_xlabel("shoulder angle (degrees)")
+    ax.set_ylabel("torque (N·m)")
+    ax.set_title(title)
+    ax.legend(loc=(0.02, 0.68))
+    return ax
 
 
 def motor_curves(volts: ArrayLike, curves: Sequence[tuple[str, ArrayLike]], title: str, ax: Axes | None = None) -> Axes:
