@@ -159,6 +159,12 @@ class _Joint:
         """Add to L, the load that nobody told of, within its bounds."""
         self.load = _within(self.load + volts, MOST_LOAD)
 
+    def hold_anew(self):
+        """Hold with as much as before, where the joint stands now."""
+        self.load = _within(self.held - self.gravity, MOST_LOAD)
+        if self.kind == "held":
+            self._begin_plan()
+
     def duration(self, goal):
         way, cruise, acc = abs(goal - self.angle()), self.par["cruise"], self.par["acc"]
         return 2 * math.sqrt(way / acc) if way < cruise**2 / acc else way / cruise + cruise / acc
@@ -175,6 +181,7 @@ class _Joint:
 
     def move_by_rule(self, goal, f):
         self._begin("rule")
+        self._begin_plan()  # p is where it began
         self.g, self.rule_way = goal, _sign(goal - self.angle())
         self.rule_volts = self._of_way("db", self.rule_way) + f * self.par["cruise"] / self.par["k"]
 
@@ -236,8 +243,7 @@ class _Joint:
         if self.kind != "idle" and mode == "pid":
             self._set_held()
         self.roll_ticks += 1
-        # Half a second is the most, else a load could carry the joint on for ever.
-        late = self.kind != "idle" and self.roll_ticks * T > 0.5
+        late = self.roll_ticks * T > 0.5  # else a load could carry the joint on for ever
         return self._end(event, mode) if late or self.rest >= 6 else None
 
     _step_roll = _step_pushed = _step_idle
@@ -356,7 +362,7 @@ class _Joint:
         condition, ticks = False, 0
         if self.kind in ("move", "home", "held"):
             u = self.volts - self.gravity
-            strong = abs(u) > most or abs(self.load) == MOST_LOAD
+            strong = abs(u) > most or (abs(self.load) == MOST_LOAD and self.beside())
             condition, ticks = strong and self.speed * _sign(u) <= 10, 50
         elif self.kind == "rule":
             condition, ticks = self.volts != 0 and self.still > 0, 250
@@ -364,7 +370,8 @@ class _Joint:
             condition, ticks = abs(self.volts - self.push_held) > most and self.still > 0, 125
         self.stall_ticks = self.stall_ticks + 1 if condition else 0
         far = self.kind in ("move", "home", "held") and abs(self.p - self.angle()) > 20
-        return far or self.stall_ticks > ticks
+        backwards = self.kind == "rule" and (self.p - self.angle()) * self.rule_way > 20
+        return far or backwards or self.stall_ticks > ticks
 
 
 class Controller:
@@ -448,17 +455,19 @@ class Controller:
                 continue
             event = joint.step(self.mode)
             if event == "home":
-                self._know(1 << j)
+                self.known |= 1 << j
+                self._keep_holding()
             elif event in ("stall", "runaway"):
                 self.latched = event == "runaway"
                 self._stop_both(f"{event[0]}{j + 1}")
             if event:
                 self._say(f"!{event} {j + 1} {_text(joint.angle(), 2)}")
 
-    def _know(self, bit):
-        self.known |= bit
+    def _keep_holding(self):
+        """Where the part with the cosines changes, L takes up the difference: held stays what it was."""
+        self._weigh()
         for joint in self.joints:
-            joint.load = 0.0
+            joint.hold_anew()
 
     def _stop_both(self, fault):
         self.fault = fault
@@ -611,6 +620,8 @@ class Controller:
             self.fault = "-"
         else:
             self._stop_both(self.fault)
+        for joint in self.joints:
+            joint.roll_ticks = 0  # until it rests, but half a second at most, it is braked
 
     def _do_st(self):
         for joint in self.joints:
@@ -647,14 +658,14 @@ class Controller:
         degrees = _read_number(degrees_word, -360, 360)
         self._check_free([joint])
         joint.stand_at(degrees)
-        self._know(1 << self.joints.index(joint))
+        self.known |= 1 << self.joints.index(joint)
+        self._keep_holding()
 
     def _do_hm(self, joint_word):
         joint = self._joint(joint_word)
         self._accept([joint])
-        for each in self.joints:
-            each.add_load(each.gravity)  # which is 0 while h is not 3
         self.known &= ~(1 << self.joints.index(joint))
+        self._keep_holding()
         joint.find_home()
 
     def _do_set(self, joint_word, name, value_word):
@@ -663,7 +674,7 @@ class Controller:
         value = _read_number(value_word, lowest, highest)
         self._check_free(self.joints)
         joint.set_parameter(name, value)
-        self._know(0)  # L of both joints begins anew
+        self._keep_holding()
 
     def _do_get(self, joint_word, name):
         joint = self._joint(joint_word)

@@ -218,12 +218,16 @@ def test_a_new_goal_on_the_way_has_the_whole_acceleration(talk):
     talk.rest()
 
 
-def test_homing_forgets_the_load(talk):
-    answers(talk, "EN 1", "MV 2 -120")
+def test_what_holds_a_joint_goes_on_when_its_weight_becomes_known(talk):
+    answers(talk, "EN 1", "MA 30 0")
     talk.rest()
-    answers(talk, "HM 2")
+    held_v = float(talk.ask("GET 1 held").split()[1])
+    assert held_v > 0.05
+    for line in ("ZE 1 30", "SET 1 g1 0.3", "SET 2 zone 6", "ZE 2 0", "SET 1 g2 0.1", "HM 2"):
+        assert answers(talk, line, seconds=0.01) == ["ok"]
+        assert float(talk.ask("GET 1 held").split()[1]) == pytest.approx(held_v, abs=0.03), line
     talk.rest(30)
-    assert talk.ask("GET 2 held") == "ok 0.000"
+    assert talk.bench.motor_deg(0) == pytest.approx(30, abs=1)
 
 
 def test_reports_come_by_themselves(talk):
@@ -347,8 +351,10 @@ def test_a_joint_that_is_moved_off_its_place_is_brought_back(talk):
     assert 0 < held_v < 1
 
 
-def test_set_forgets_the_load(talk):
-    answers(talk, "EN 1", "MV 1 20")
-    talk.rest()
-    assert talk.ask("GET 1 held") != "ok 0.000"
-    assert answers(talk, "SET 2 zone 6", "GET 1 held", seconds=0.004)[-1] == "ok 0.000"
+def test_a_reversed_encoder_in_mode_rule_is_a_stall(talk):
+    answers(talk, "MODE rule", "EN 1")
+    talk.bench.fault("reverse", 1)
+    answers(talk, "MV 1 90 10")
+    talk.listen(4, "!")
+    assert talk.lines[-1].startswith(("!stall 1", "!runaway 1"))
+    assert abs(talk.bench.motor_deg(0)) < 40

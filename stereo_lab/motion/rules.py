@@ -173,7 +173,7 @@ class SlowDownRule:
         cruise_deg_s: float = 180.0,
         rule: Callable[[float, float, float, float], float] = slow_down_volts,
     ) -> None:
-        self.goal_deg, self.zone_deg, self.rule = goal_deg, zone_deg, rule
+        self.start_deg, self.goal_deg, self.zone_deg, self.rule = start_deg, goal_deg, zone_deg, rule
         self.way = 1.0 if goal_deg >= start_deg else -1.0
         side = self.way < 0
         self.slow_v = tuning.starts_at_v[side]

@@ -120,21 +120,20 @@ class Controller:
         self._must_be_idle(self.joints[j])
         self.joints[j].stand_at(self.plant.counts(j), angle_deg)
         self.joints[j].homed = True
-        self._forget_loads()
+        self._keep_holding()
 
-    def _forget_loads(self):
-        """The angles are other ones now, and so is what holds the weight."""
+    def _keep_holding(self):
+        """The angles are other ones now, or what is known of the weight; what holds the joints goes on."""
         for joint in self.joints:
-            joint.forget_load()
+            joint.keep_holding(self._cosines())
 
     def home(self, j: int) -> None:
         """Find the home switch of a joint."""
         joint = self.joints[j]
         self._must_be_on()
         self._must_be_idle(joint)
-        for either in self.joints:
-            either.hold_weight_as_load()
         joint.tries, joint.homed = 0, False
+        self._keep_holding()
         self._begin(joint, SEEK)
         joint.rule = joint.plan(joint.position_deg - SEEK_DEG, SEEK_DEG_S, 1000.0)
         if joint.pressed:
@@ -148,7 +147,7 @@ class Controller:
         if name == "counts":
             joint.stand_at(self.plant.counts(j), joint.position_deg)
         joint.retune()
-        self._forget_loads()
+        self._keep_holding()
 
     def must_rest(self) -> None:
         """Refuse what may not happen while anything moves."""
@@ -287,7 +286,7 @@ class Controller:
             if joint.still_ticks >= REST_TICKS:
                 joint.homed = True
                 self._finish(j, "home")
-                self._forget_loads()
+                self._keep_holding()
             return
         if joint.mode == SEEK and pressed:
             self._back_off(joint)

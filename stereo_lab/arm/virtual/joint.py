@@ -138,18 +138,12 @@ class Joint:
         self.mode, self.strained_ticks = HOLD, 0
         self.rule = self.plan(self.position_deg, 0.0, 0.0)
 
-    def forget_load(self) -> None:
-        """What was learned of a load is no longer true; what it holds is found anew."""
-        self.load_v = self.held_v = self.weight_v = 0.0
+    def keep_holding(self, cosines: tuple[float, float]) -> None:
+        """What holds it goes on, when what is known of its weight changes: the load takes up the difference."""
+        self.weight_v = self.parameters["g1"] * cosines[0] + self.parameters["g2"] * cosines[1]
+        self.load_v = min(max(self.held_v - self.weight_v, -MOST_LOAD_V), MOST_LOAD_V)
         if self.mode == HOLD:
-            self.mode = IDLE
-
-    def hold_weight_as_load(self) -> None:
-        """Where down is will not be known any more; what holds the weight now goes on as a load."""
-        self.load_v = min(max(self.load_v + self.weight_v, -MOST_LOAD_V), MOST_LOAD_V)
-        self.weight_v = 0.0
-        if self.mode == HOLD:
-            self.mode = IDLE
+            self.mode = IDLE  # held anew, where it stands
 
     def follow(self, cosines: tuple[float, float]) -> float:
         """The voltage that its rule asks for; ``cosines``: of the angles of both links, 0 where they are not known."""
@@ -163,13 +157,14 @@ class Joint:
     def stalls(self, volts: float) -> bool:
         """Whether it does not turn as it should under this voltage: much more than holds its weight, and no motion."""
         if not isinstance(self.rule, Profile):
-            return self.still_ticks > STALL_TICKS and volts != 0
+            backwards = (self.rule.start_deg - self.position_deg) * self.rule.way
+            return backwards > FOLLOW_DEG or (self.still_ticks > STALL_TICKS and volts != 0)
         push_v = volts - self.weight_v
         turns = self.speed_deg_s * push_v > CREEPS_DEG_S * abs(push_v)
-        strained = abs(push_v) > self.stall_v or self.overloaded
+        beside = abs(self.rule.planned_deg - self.position_deg)
+        strained = abs(push_v) > self.stall_v or (self.overloaded and beside > self.tuning.arrived_deg)
         self.strained_ticks = self.strained_ticks + 1 if strained and not turns else 0
-        behind = abs(self.rule.planned_deg - self.position_deg)
-        return behind > FOLLOW_DEG or self.strained_ticks > STUCK_TICKS
+        return beside > FOLLOW_DEG or self.strained_ticks > STUCK_TICKS
 
     def duration_s(self, goal_deg: float) -> float:
         """Seconds of a trapezoid from here to a goal."""

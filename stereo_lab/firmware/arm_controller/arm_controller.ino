@@ -397,12 +397,14 @@ float rule_volts(Joint &joint, bool *done) {
 bool overloaded(const Joint &joint) { return fabs(joint.load) >= MOST_LOAD_V; }
 
 bool stalls(Joint &joint, float volts) {
-  if (by_rule && joint.mode == MOVE) return joint.still > STALL_TICKS && volts != 0;
+  if (by_rule && joint.mode == MOVE)
+    return (joint.planned - joint.position) * joint.way > FOLLOW_DEG || (joint.still > STALL_TICKS && volts != 0);
   float push = volts - joint.weight;
   bool turns = (push > 0 ? joint.speed : -joint.speed) > CREEPS_DEG_S;
-  bool strained = fabs(push) > joint.most_to_start || overloaded(joint);
+  float beside = fabs(joint.planned - joint.position);
+  bool strained = fabs(push) > joint.most_to_start || (overloaded(joint) && beside > joint.arrived);
   joint.strained = strained && !turns ? joint.strained + 1 : 0;
-  return fabs(joint.planned - joint.position) > FOLLOW_DEG || joint.strained > STUCK_TICKS;
+  return beside > FOLLOW_DEG || joint.strained > STUCK_TICKS;
 }
 
 // The control loop.
@@ -431,18 +433,20 @@ bool runs_away(const Joint &joint) {  // from rest against what was added to the
   return joint.wrong > most && joint.obeyed < most;
 }
 
-void forget_loads() {  // the angles are other ones now, and so is what holds the weight
-  for (uint8_t j = 0; j < 2; j++) {
-    joints[j].load = joints[j].held = joints[j].weight = 0;
-    if (joints[j].mode == HOLD) joints[j].mode = IDLE;
-  }
+void weigh() {  // what holds the arm in this pose, where both joints know where they stand
+  const float RADIANS = M_PI / 180;
+  bool known = joints[0].homed && joints[1].homed;
+  float one = known ? cos(joints[0].position * RADIANS) : 0;
+  float both = known ? cos((joints[0].position + joints[1].position) * RADIANS) : 0;
+  for (uint8_t j = 0; j < 2; j++) joints[j].weight = joints[j].g[0] * one + joints[j].g[1] * both;
 }
 
-void hold_weight_as_load() {  // where down is will not be known any more
+void keep_holding() {  // the angles are other ones now, or what is known of the weight; what holds the joints goes on
+  weigh();
   for (uint8_t j = 0; j < 2; j++) {
-    add_load(joints[j], joints[j].weight);
-    joints[j].weight = 0;
-    if (joints[j].mode == HOLD) joints[j].mode = IDLE;
+    joints[j].load = 0;
+    add_load(joints[j], joints[j].held - joints[j].weight);
+    if (joints[j].mode == HOLD) joints[j].mode = IDLE;  // held anew, where it stands
   }
 }
 
@@ -459,7 +463,7 @@ void keep_homing(uint8_t j, Joint &joint) {
     if (joint.still >= REST_TICKS) {
       joint.homed = true;
       finish(j, "home");
-      forget_loads();
+      keep_holding();
     }
     return;
   }
@@ -520,14 +524,9 @@ void look_at(uint8_t j) {
   else if (joint.closed > CLOSED_TICKS) joint.closed = CLOSED_TICKS;
 }
 
-void weigh() {  // what holds the arm in this pose, where both joints know where they stand; a cosine takes its time
+void weigh_at_times() {  // a cosine takes its time
   static uint8_t ticks;
-  if (++ticks & 7) return;
-  const float RADIANS = M_PI / 180;
-  bool known = joints[0].homed && joints[1].homed;
-  float one = known ? cos(joints[0].position * RADIANS) : 0;
-  float both = known ? cos((joints[0].position + joints[1].position) * RADIANS) : 0;
-  for (uint8_t j = 0; j < 2; j++) joints[j].weight = joints[j].g[0] * one + joints[j].g[1] * both;
+  if (!(++ticks & 7)) weigh();
 }
 
 void hold_if_it_rests(Joint &joint) {  // or after a while; not in the paper's way, and not after a fault
@@ -556,7 +555,7 @@ void tick() {
   now_ms += TICK_MS;
   for (uint8_t j = 0; j < 2; j++) look_at(j);
   brake_or_let_go();
-  weigh();
+  weigh_at_times();
   for (uint8_t j = 0; j < 2; j++) control(j);
   if (watchdog_ms && (busy(joints[0]) || busy(joints[1])) && now_ms - heard_ms > watchdog_ms) {
     halt(false, 'w', 0);
@@ -760,15 +759,15 @@ Code execute() {
     if (busy(joint)) return BUSY;
     stand_at(joint, value);
     joint.homed = true;
-    forget_loads();
+    keep_holding();
     return FINE;
   }
   if (hm) {
     if (stopped || !enabled) return OFF;
     if (busy(joint)) return BUSY;
-    hold_weight_as_load();
     joint.tries = 0;
     joint.homed = false;
+    keep_holding();
     begin_move(joint, SEEK);
     plan_from_rest(joint);
     plan_to(joint, joint.position - SEEK_DEG, SEEK_DEG_S, HOME_ACC);
@@ -789,9 +788,9 @@ Code execute() {
     if (!read_number(arg[3], parameter.low, parameter.high, &value, &code)) return code;
     if (busy(joints[0]) || busy(joints[1])) return BUSY;
     *field = value;
-    forget_loads();
     if (parameter.at == AT(counts)) stand_at(joint, joint.position);
     retune(joint);
+    keep_holding();
     return FINE;
   }
   return ARGUMENT;
