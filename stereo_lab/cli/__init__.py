@@ -133,7 +133,7 @@ def _parser():
     arm = add(
         "arm",
         run_arm,
-        "Talk to an arm: list the ports, or name one and say what to do. Only home, move and calibrate move it.",
+        "Talk to an arm: list the ports, or name one and say what to do. Only home, move, calibrate and register move it.",
         "arm virtual://arm move 30 45",
     )
     arm.add_argument(
@@ -145,7 +145,12 @@ def _parser():
         "action", nargs="?", metavar="ACTION",
         help=f"{', '.join(ARM_ACTIONS)} (default: status); after torque: folder or name of a recording",
     )  # fmt: skip
-    arm.add_argument("angles", nargs="*", metavar="DEGREES", help="for move: shoulder and elbow")
+    arm.add_argument(
+        "angles", nargs="*", metavar="WORD", help="for move: shoulder and elbow in degrees; for register: the recording"
+    )
+    arm.add_argument("--left", type=int, default=0, metavar="N", help="for register: number of the left camera (0)")
+    arm.add_argument("--right", type=int, default=1, metavar="N", help="for register: number of the right camera (1)")
+    arm.add_argument("--keep", action="store_true", help="for register: write it into the recording")
     arm.add_argument(
         "--seconds",
         type=float,

@@ -26,7 +26,7 @@ def run_arm(options: argparse.Namespace) -> int:
             print(f"{name:20s} {description}")
         write_json_option(options.json, [{"port": name, "description": text} for name, text in ports()])
         return OK
-    if (action == "move") != bool(options.angles):
+    if (action == "move") != bool(options.angles) and action != "register":
         raise StereoLabError("Expected two angles after move and none otherwise, as in: arm virtual://arm move 30 45")
     quiet = contextlib.redirect_stdout(sys.stderr) if options.json == "-" else contextlib.nullcontext()
     with connect(options.url) as arm, quiet:
@@ -113,6 +113,57 @@ def _arm_calibrate(arm, options):
     return facts
 
 
+def _arm_register(arm, options):
+    from stereo_lab.arm.registering import register
+    from stereo_lab.localization import Localizer
+    from stereo_lab.recording import open_recording
+
+    if len(options.angles) > 1:
+        raise StereoLabError(
+            "Expected the name of one recording after register, as in: arm virtual://arm register bench"
+        )
+    recording = open_recording(options.angles[0] if options.angles else None)
+    localizer = Localizer.fit(recording)
+    with _cameras(arm, recording, options) as cameras:
+        arm.set_limits(recording.arm.limits_deg)
+        if not arm.homed:
+            print("The arm moves: homing both joints …", flush=True)
+            arm.home()
+        print("The arm moves: with the ball in its hand to a dozen places …", flush=True)
+        found = register(arm, recording.arm, recording.arm_depth_mm, lambda: localizer.locate(*cameras.read()))
+    return _tell_registration(found, recording, options.keep)
+
+
+def _cameras(arm, recording, options):
+    """The cameras that see the arm: drawn ones for a virtual arm."""
+    if hasattr(arm.port, "link_deg"):
+        from stereo_lab.arm.virtual.cameras import DrawnCameras
+
+        print("A virtual arm: its pictures are drawn.")
+        return contextlib.nullcontext(DrawnCameras(recording, arm.port))
+    from stereo_lab.recording.cameras import CameraPair
+
+    return CameraPair(options.left, options.right, recording.image_size)
+
+
+def _tell_registration(found, recording, keep):
+    from stereo_lab.kinematics.registration import NAMES, UNITS
+
+    for name, unit, value, sigma in zip(NAMES, UNITS, found.values, found.sigmas, strict=True):
+        print(f"{name:15s}{value:9.1f} {unit:3s}  ± {sigma:.1f}")
+    apart = float((found.residuals_mm**2).sum(axis=1).mean() ** 0.5)
+    print(f"{len(found.residuals_mm)} places; seen and calculated are {apart:.1f} mm apart (root mean square)")
+    said = found.differences(recording.arm)
+    print("\n".join(said) if said else "The links and the zeros are as they are told.")
+    facts = {name: [float(v), float(s)] for name, v, s in zip(NAMES, found.values, found.sigmas, strict=True)}
+    if keep:
+        found.save(recording.registration_path)
+        print(f"written: {recording.registration_path}")
+    else:
+        print("--keep writes it into the recording.")
+    return {"values and sigmas": facts, "apart_mm": apart, "places": len(found.residuals_mm), "said": said}
+
+
 def _arm_monitor(arm, options):
     if options.seconds is not None and not options.seconds > 0:
         raise StereoLabError(f"--seconds: expected a number above zero, got {options.seconds}.")
@@ -143,5 +194,6 @@ def _degrees(angles):
 
 
 ARM_ACTIONS = {
-    "status": _arm_status, "home": _arm_home, "move": _arm_move, "calibrate": _arm_calibrate, "monitor": _arm_monitor,
+    "status": _arm_status, "home": _arm_home, "move": _arm_move, "calibrate": _arm_calibrate,
+    "register": _arm_register, "monitor": _arm_monitor,
 }  # fmt: skip

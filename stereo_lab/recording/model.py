@@ -8,7 +8,7 @@ from pathlib import Path
 
 from stereo_lab.common.files import natural_key, read_table
 from stereo_lab.errors import RecordingError
-from stereo_lab.kinematics import TwoLinkArm
+from stereo_lab.kinematics import Registration, TwoLinkArm
 from stereo_lab.recording.bounds import place_mm, plain_name
 from stereo_lab.recording.pictures import PICTURES
 from stereo_lab.recording.sample import Ball, Board, Position, Sample, StereoPair
@@ -56,6 +56,24 @@ class Recording:
     def rendered(self) -> bool:
         """True where the pictures come from a renderer and not from cameras."""
         return self.made_by == "render"
+
+    @property
+    def registration_path(self) -> Path:
+        """Where the file lies that says where its arm stands; see :attr:`registration`."""
+        return self.path / "registration.json"
+
+    @property
+    def registration(self) -> Registration:
+        """Where its arm stands before its cameras: as registered, or else as told.
+
+        Raises
+        ------
+        StereoLabError
+            If its file cannot be used.
+        """
+        if self.registration_path.is_file():
+            return Registration.load(self.registration_path)
+        return Registration.told(self.arm, self.arm_depth_mm)
 
     @property
     def sets(self) -> list[str]:

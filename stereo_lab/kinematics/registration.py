@@ -1,0 +1,232 @@
+"""Where the arm stands before the cameras: fitted to places at which the cameras saw its hand.
+
+A real arm's shoulder is not quite where the ruler put it, its plane is tilted a little, its zeros are off by the width of a
+switch, its links by a millimetre. The hand takes the ball to some poses, the cameras say where it is, and a fit finds all of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stereo_lab.common.files import check_format, finite_number, read_json, write_json
+from stereo_lab.errors import StereoLabError
+from stereo_lab.kinematics.angles import JointAngles
+from stereo_lab.kinematics.two_link import TwoLinkArm
+
+NAMES = ("shoulder x", "shoulder y", "shoulder depth", "turned", "tilted", "zero 1", "zero 2", "link 1", "link 2")
+UNITS = ("mm", "mm", "mm", "deg", "deg", "deg", "deg", "mm", "mm")
+LEAST_POSES = 6  # nine numbers, three from each place; more of them tell how far to trust the rest
+ROUNDS = 50
+SURE = 3.0  # standard deviations that make a difference one
+WORTH_MM, WORTH_DEG = 1.0, 0.3  # less than that nobody mends
+
+
+@dataclass(frozen=True, eq=False)
+class Registration:
+    """Where an arm stands in the bench frame, and what it is really like.
+
+    place = S + R·(x, y, 0), with x and y of the two links l1, l2 at the angles θ1 + z1 and θ2 + z2. R turns the arm's plane about
+    the vertical, then tilts it about its horizontal. (Turned within its plane it would be the same as another z1.)
+
+    Attributes
+    ----------
+    values : ndarray, shape (9,)
+        Shoulder S as x, y and depth in mm; turned and tilted in degrees; z1 and z2 in degrees; l1 and l2 in mm.
+    sigmas : ndarray, shape (9,), their standard deviations
+    residuals_mm : ndarray, shape (N, 3), seen minus fitted places
+    limits_deg : ((low, high), (low, high)), those of the arm, in its own degrees
+    """
+
+    values: np.ndarray
+    sigmas: np.ndarray
+    residuals_mm: np.ndarray
+    limits_deg: tuple[tuple[float, float], tuple[float, float]]
+
+    @classmethod
+    def fit(
+        cls,
+        arm: TwoLinkArm,
+        depth_mm: float,
+        angles_N2: ArrayLike,
+        places_N3: ArrayLike,
+        sigmas_N3: ArrayLike | float = 1.0,
+    ) -> Registration:
+        """Weighted least squares by Gauss-Newton steps, from an arm that stands where it is told to.
+
+        Parameters
+        ----------
+        arm : TwoLinkArm, as it is told
+        depth_mm : float, the depth of its plane, as it is told
+        angles_N2 : array, shape (N, 2), what the encoders said, degrees
+        places_N3 : array, shape (N, 3), where the cameras saw the ball in the hand: x, y, depth in mm
+        sigmas_N3 : array, shape (N, 3), or a float, how far each of them may be off, mm
+
+        Raises
+        ------
+        StereoLabError
+            With fewer than six poses, or poses that do not tell the nine numbers apart.
+        """
+        angles, places = np.asarray(angles_N2, float), np.asarray(places_N3, float)
+        if len(angles) < LEAST_POSES or angles.shape != (len(places), 2) or places.shape[1:] != (3,):
+            raise StereoLabError(
+                f"Expected {LEAST_POSES} poses or more, each with two angles and a place; got {len(places)}."
+            )
+        weights = 1 / np.broadcast_to(np.asarray(sigmas_N3, float), places.shape).ravel()
+        values = cls.told(arm, depth_mm).values
+        _covariance(_slopes(values, angles))  # poses that tell too little are told before anything is fitted
+        for _ in range(ROUNDS):
+            slopes = _slopes(values, angles) * weights[:, None]
+            gaps = (places - _places(values, angles)).ravel() * weights
+            step = np.linalg.lstsq(slopes, gaps, rcond=None)[0]
+            values = values + step
+            if np.abs(step).max() < 1e-9:
+                break
+        covariance = _covariance(_slopes(values, angles) * weights[:, None])
+        residuals = places - _places(values, angles)
+        spread = np.sum((residuals.ravel() * weights) ** 2) / max(residuals.size - len(values), 1)
+        # No surer than the places agree; and the same two cameras err alike at all of them: they tell no more than as many
+        # numbers as there are to find.
+        sigmas = np.sqrt(np.diag(covariance) * max(spread, 1.0) * residuals.size / len(values))
+        return cls(values, sigmas, residuals, arm.limits_deg)
+
+    @classmethod
+    def told(cls, arm: TwoLinkArm, depth_mm: float) -> Registration:
+        """An arm that stands where it is told to: its shoulder at the origin of the bench frame, upright, without a doubt."""
+        values = np.array([0, 0, depth_mm, 0, 0, 0, 0, arm.l1_mm, arm.l2_mm], float)
+        return cls(values, np.zeros(9), np.zeros((0, 3)), arm.limits_deg)
+
+    def save(self, path: str | Path) -> None:
+        """Write it to a JSON file, whole or not at all."""
+        facts: dict[str, Any] = {"format": 1, "limits_deg": [list(limits) for limits in self.limits_deg]}
+        for name, unit, value, sigma in zip(NAMES, UNITS, self.values, self.sigmas, strict=True):
+            facts[name] = {"value": float(value), "sigma": float(sigma), "unit": unit}
+        write_json(path, {**facts, "residuals_mm": self.residuals_mm.tolist()})
+
+    @classmethod
+    def load(cls, path: str | Path) -> Registration:
+        """Read what :meth:`save` wrote.
+
+        Raises
+        ------
+        StereoLabError
+            If the file is no registration, or something in it is no number.
+        """
+        facts = read_json(path)
+        check_format(facts, path)
+        try:
+            values = [finite_number(facts[name]["value"], f"{path}, {name}") for name in NAMES]
+            sigmas = [finite_number(facts[name]["sigma"], f"{path}, {name}") for name in NAMES]
+            residuals = np.array(facts["residuals_mm"], float).reshape(-1, 3)
+            (low1, high1), (low2, high2) = facts["limits_deg"]
+        except (KeyError, TypeError, ValueError) as error:
+            raise StereoLabError(f"{path} is no registration of an arm ({error!r}). Register it again.") from None
+        return cls(
+            np.array(values), np.array(sigmas), residuals, ((float(low1), float(high1)), (float(low2), float(high2)))
+        )
+
+    @property
+    def arm(self) -> TwoLinkArm:
+        """The two links as they are; its angles are true ones, the joints' own are smaller by the zeros."""
+        zero1, zero2 = self.values[5:7]
+        (low1, high1), (low2, high2) = self.limits_deg
+        limits = ((low1 + zero1, high1 + zero1), (low2 + zero2, high2 + zero2))
+        return TwoLinkArm(float(self.values[7]), float(self.values[8]), limits)
+
+    def place(self, angles: JointAngles) -> np.ndarray:
+        """Where the hand is at some angles of the joints: x, y, depth in mm."""
+        return _places(self.values, np.array([[angles.theta1_deg, angles.theta2_deg]], float))[0]
+
+    def solutions(self, x_mm: float, y_mm: float, depth_mm: float, beyond_mm: float = 0.0) -> list[JointAngles]:
+        """The angles of the joints that bring the hand to a place, or as near as its plane lets it.
+
+        Parameters
+        ----------
+        x_mm, y_mm, depth_mm : float, in the bench frame
+        beyond_mm : float, the radius of a ball that the hand touches from outside
+
+        Returns
+        -------
+        list of JointAngles
+            As :meth:`TwoLinkArm.solutions`: elbow down first.
+
+        Raises
+        ------
+        UnreachableTargetError
+            If the place is out of reach, or beyond a limit.
+        """
+        inside = _rotation(*self.values[3:5]).T @ _upright(np.array([x_mm, y_mm, depth_mm]) - self.values[:3])
+        zero1, zero2 = self.values[5:7]
+        poses = self.arm.extended(beyond_mm).solutions(float(inside[0]), float(inside[1]))
+        return [JointAngles(float(p.theta1_deg - zero1), float(p.theta2_deg - zero2)) for p in poses]
+
+    def differences(self, arm: TwoLinkArm) -> list[str]:
+        """Sentences on what is surely not as told: the links and the zeros.
+
+        Parameters
+        ----------
+        arm : TwoLinkArm, as it is told
+        """
+        told = dict(zip(NAMES, (0, 0, 0, 0, 0, 0, 0, arm.l1_mm, arm.l2_mm), strict=True))
+        said = []
+        for name, unit, value, sigma in zip(NAMES, UNITS, self.values, self.sigmas, strict=True):
+            off = value - told[name]
+            worth = WORTH_MM if unit == "mm" else WORTH_DEG
+            if name.startswith("link") and abs(off) > max(SURE * sigma, worth):
+                said.append(
+                    f"{name.capitalize()} is {value:.1f} mm long (± {sigma:.1f}), not {told[name]:g}: measure it from axle to axle."
+                )
+            elif name.startswith("zero") and abs(off) > max(SURE * sigma, worth):
+                said.append(
+                    f"Joint {name[-1]} stands {off:+.1f} degrees (± {sigma:.1f}) beside what it says: "
+                    f"set its `home` in the sketch {off:+.1f} degrees higher, or move its switch."
+                )
+        return said
+
+
+def _upright(place):
+    """x, y and depth as a right-handed x, y, z: z points to the cameras."""
+    return place * np.array([1.0, 1.0, -1.0])
+
+
+def _rotation(turned_deg, tilted_deg):
+    """First about the horizontal of the arm's plane, then about the vertical."""
+    a, b = np.radians([turned_deg, tilted_deg])
+    turned = np.array([[np.cos(a), 0, np.sin(a)], [0, 1, 0], [-np.sin(a), 0, np.cos(a)]])
+    tilted = np.array([[1, 0, 0], [0, np.cos(b), -np.sin(b)], [0, np.sin(b), np.cos(b)]])
+    return turned @ tilted
+
+
+def _places(values, angles_N2):
+    """Where the hand is, (N, 3)."""
+    shoulder, turned, tilted, zeros, links = values[:3], values[3], values[4], values[5:7], values[7:]
+    one, both = np.radians(angles_N2[:, 0] + zeros[0]), np.radians(angles_N2.sum(axis=1) + zeros.sum())
+    flat = np.column_stack([np.cos(one), np.sin(one), np.cos(both), np.sin(both)])
+    inside = np.column_stack(
+        [links[0] * flat[:, 0] + links[1] * flat[:, 2], links[0] * flat[:, 1] + links[1] * flat[:, 3]]
+    )
+    return shoulder + _upright(inside @ _rotation(turned, tilted)[:, :2].T)
+
+
+def _slopes(values, angles_N2):
+    """How the places change with each value, (3N, 9): by a small step of each."""
+    step = 1e-4
+    return np.column_stack([
+        (_places(values + step * unit, angles_N2) - _places(values - step * unit, angles_N2)).ravel() / (2 * step)
+        for unit in np.eye(len(values))
+    ])  # fmt: skip
+
+
+def _covariance(slopes):
+    """Of the values; poses that leave one of them open are told."""
+    _, sizes, ways = np.linalg.svd(slopes / np.linalg.norm(slopes, axis=0), full_matrices=False)
+    if sizes[-1] < 1e-3 * sizes[0]:
+        open_ = NAMES[int(np.abs(ways[-1]).argmax())]
+        raise StereoLabError(
+            f"These poses do not tell {open_}: bend the elbow both ways, and hold the hand high, low, left and right."
+        )
+    return np.linalg.inv(slopes.T @ slopes)

@@ -1,0 +1,155 @@
+"""Where an arm stands before its cameras: the fit against known truth, on drawn pictures and from the command line."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from conftest import ROOT
+from stereo_lab.arm import connect
+from stereo_lab.arm.registering import hand_poses, register
+from stereo_lab.arm.virtual.cameras import DrawnCameras
+from stereo_lab.cli import main
+from stereo_lab.errors import StereoLabError
+from stereo_lab.kinematics import JointAngles, Registration, TwoLinkArm
+from stereo_lab.localization import Localizer
+from stereo_lab.recording import open_recording
+
+ARM = TwoLinkArm(250.0, 200.0, ((-165.0, 165.0), (-155.0, 155.0)))
+TOLD = Registration.told(ARM, 1000.0)
+POSES = np.array([[p.theta1_deg, p.theta2_deg] for p in hand_poses(ARM)])
+
+
+def standing(rng, scale=1.0):
+    """An arm that stands and is built a little otherwise than it is told to."""
+    off = np.array([*rng.normal(0, 7, 3), *rng.normal(0, 1.5, 4), *rng.normal(0, 2, 2)])
+    return Registration(TOLD.values + scale * off, np.zeros(9), np.zeros((0, 3)), ARM.limits_deg)
+
+
+def places(registration, poses=POSES):
+    return np.array([registration.place(JointAngles(*pose)) for pose in poses])
+
+
+def apart(one, other, rng):
+    poses = rng.uniform(*np.array(ARM.limits_deg).T, (100, 2))
+    return np.linalg.norm(places(one, poses) - places(other, poses), axis=1).mean()
+
+
+def test_an_arm_as_told_is_at_the_origin():
+    for theta1, theta2 in ((0, 0), (30, 60), (-100, -45)):
+        pose = JointAngles(theta1, theta2)
+        assert TOLD.place(pose) == pytest.approx((*ARM.forward(pose), 1000.0))
+
+
+def test_by_hand_a_plane_turned_by_a_right_angle_goes_away_from_the_cameras():
+    turned = Registration(
+        TOLD.values + np.array([0, 0, 0, 90, 0, 0, 0, 0, 0]), TOLD.sigmas, TOLD.residuals_mm, ARM.limits_deg
+    )
+    assert turned.place(JointAngles(0, 0)) == pytest.approx((0, 0, 1450))  # what pointed right points to the wall
+    tilted = Registration(
+        TOLD.values + np.array([0, 0, 0, 0, 90, 0, 0, 0, 0]), TOLD.sigmas, TOLD.residuals_mm, ARM.limits_deg
+    )
+    assert tilted.place(JointAngles(90, 0)) == pytest.approx((0, 0, 550))  # what stood upright points to the cameras
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_exact_places_give_the_truth_back(seed):
+    true = standing(np.random.default_rng(seed))
+    found = Registration.fit(ARM, 1000.0, POSES, places(true))
+    assert found.values == pytest.approx(true.values, abs=1e-6)
+
+
+def test_its_standard_deviations_are_honest():
+    """Of independent errors it promises too little rather than too much: two cameras err alike at all places."""
+    rng, off = np.random.default_rng(3), []
+    for _ in range(100):
+        true = standing(rng)
+        found = Registration.fit(ARM, 1000.0, POSES, places(true) + rng.normal(0, 1, (len(POSES), 3)), 1.0)
+        off.append((found.values - true.values) / found.sigmas)
+    assert (0.3 < np.std(off, axis=0)).all() and (np.std(off, axis=0) < 1.0).all()
+
+
+def test_solutions_undo_place():
+    true = standing(np.random.default_rng(1))
+    for pose in ((40.0, 60.0), (100.0, -70.0), (-20.0, 100.0)):
+        place = true.place(JointAngles(*pose))
+        found = [(p.theta1_deg, p.theta2_deg) for p in true.solutions(*place)]
+        assert any(np.allclose(angles, pose, atol=1e-6) for angles in found)
+        near = true.solutions(*place, beyond_mm=20.0)[0]
+        assert np.linalg.norm(true.place(near) - place) == pytest.approx(20.0, abs=1e-6)
+
+
+def test_what_is_wrong_is_named_and_what_is_not_is_not():
+    values = TOLD.values.copy()
+    assert Registration(values, np.full(9, 0.2), TOLD.residuals_mm, ARM.limits_deg).differences(ARM) == []
+    values[[5, 8]] += 4.0, -6.0
+    said = Registration(values, np.full(9, 0.2), TOLD.residuals_mm, ARM.limits_deg).differences(ARM)
+    assert len(said) == 2 and "Joint 1 stands +4.0" in said[0] and "Link 2 is 194.0 mm long" in said[1]
+
+
+@pytest.mark.parametrize(
+    ("poses", "words"),
+    [
+        (POSES[:5], "6 poses or more"),
+        (POSES * [0, 1] + [20, 0], "do not tell"),
+        (POSES * [1, 0] + [0, 40], "do not tell"),
+        (POSES[:, :1], "two angles"),
+    ],
+)
+def test_too_little_to_go_by_is_told(poses, words):
+    with pytest.raises(StereoLabError, match=words):
+        Registration.fit(ARM, 1000.0, poses, places(TOLD)[: len(poses)])
+
+
+def test_it_is_kept_in_a_file(tmp_path):
+    found = Registration.fit(ARM, 1000.0, POSES, places(standing(np.random.default_rng(2))))
+    found.save(tmp_path / "registration.json")
+    again = Registration.load(tmp_path / "registration.json")
+    assert again.values == pytest.approx(found.values) and again.limits_deg == ARM.limits_deg
+    facts = json.loads((tmp_path / "registration.json").read_text(encoding="utf-8"))
+    for broken in ({**facts, "link 1": 3}, {k: v for k, v in facts.items() if k != "zero 1"}, {**facts, "format": 9}):
+        (tmp_path / "registration.json").write_text(json.dumps(broken), encoding="utf-8")
+        with pytest.raises(StereoLabError, match="registration"):
+            Registration.load(tmp_path / "registration.json")
+
+
+@pytest.mark.parametrize(("name", "seed"), [("bench", 0), ("bench", 1), ("second_rig", 2)])
+def test_an_arm_is_registered_by_what_the_cameras_see(name, seed):
+    """Places before it are off by more than 5 mm, after it by less than 2."""
+    recording, rng = open_recording(name), np.random.default_rng(seed)
+    localizer = Localizer.fit(recording)
+    told = Registration.told(recording.arm, recording.arm_depth_mm)
+    true = Registration(
+        told.values + standing(rng).values - TOLD.values, TOLD.sigmas, TOLD.residuals_mm, told.limits_deg
+    )
+    with connect("virtual://arm") as arm:
+        arm.set_limits(recording.arm.limits_deg)
+        with pytest.raises(StereoLabError, match="homed"):
+            register(arm, recording.arm, recording.arm_depth_mm, lambda: None)
+        arm.home()
+        cameras = DrawnCameras(recording, arm.port, true, seed)
+        found = register(arm, recording.arm, recording.arm_depth_mm, lambda: localizer.locate(*cameras.read()))
+    assert apart(found, true, rng) < 2.0 < 5.0 < apart(told, true, rng)
+
+
+def test_a_ball_that_nobody_sees_is_told():
+    with connect("virtual://arm") as arm:
+        arm.home()
+        with pytest.raises(StereoLabError, match="saw the ball in 0 of"):
+            register(arm, ARM, 1000.0, lambda: None)
+
+
+def test_register_on_the_command_line(tmp_path, capsys):
+    rig = tmp_path / "rig"
+    shutil.copytree(
+        ROOT / "data" / "bench", rig, ignore=shutil.ignore_patterns("evaluation", "snaps", "track", "still")
+    )
+    assert main(["arm", "virtual://arm", "register", str(rig), "--keep"]) == 0
+    said = capsys.readouterr().out
+    assert "drawn" in said and "as they are told" in said and "registration.json" in said
+    assert open_recording(rig).registration.values == pytest.approx(
+        open_recording("bench").registration.values, abs=1.5
+    )
+    assert (open_recording("bench").registration.sigmas == 0).all()  # nothing was registered there
+    assert main(["arm", "virtual://arm", "register", "a", "b"]) == 2
