@@ -23,8 +23,7 @@ POSES = np.array([[p.theta1_deg, p.theta2_deg] for p in hand_poses(ARM)])
 
 def standing(rng, scale=1.0):
     """An arm that stands and is built a little otherwise than it is told to."""
-    off = np.array([*rng.normal(0, 7, 3), *rng.normal(0, 1.5, 4), *rng.normal(0, 2, 2)])
-    return Registration(TOLD.values + scale * off, np.zeros(9), np.zeros((0, 3)), ARM.limits_deg)
+    return TOLD.moved(scale * np.array([*rng.normal(0, 7, 3), *rng.normal(0, 1.5, 4), *rng.normal(0, 2, 2)]))
 
 
 def places(registration, poses=POSES):

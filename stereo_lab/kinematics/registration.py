@@ -6,7 +6,7 @@ switch, its links by a millimetre. The hand takes the ball to some poses, the ca
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -99,6 +99,10 @@ class Registration:
         """An arm that stands where it is told to: its shoulder at the origin of the bench frame, upright, without a doubt."""
         values = np.array([0, 0, depth_mm, 0, 0, 0, 0, arm.l1_mm, arm.l2_mm], float)
         return cls(values, np.zeros(9), np.zeros((0, 3)), arm.limits_deg)
+
+    def moved(self, by: ArrayLike) -> Registration:
+        """The same arm with each of the nine values changed by so much: for trying what a registration finds."""
+        return replace(self, values=self.values + np.asarray(by, float))
 
     def save(self, path: str | Path) -> None:
         """Write it to a JSON file, whole or not at all."""
