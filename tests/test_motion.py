@@ -20,6 +20,7 @@ from stereo_lab.motion import (
     push_of,
     slow_down_volts,
     slow_zone_deg,
+    trapezoid_s,
     trapezoid_step,
 )  # fmt: skip
 from stereo_lab.motion.measuring import DirectionFit, push_turns_deg
@@ -280,4 +281,5 @@ def test_a_trapezoid_takes_as_long_as_the_book_says(far, cruise, acceleration):
         speeds.append(speed)
         ticks += 1
     assert ticks * TICK_S == pytest.approx(seconds, abs=4 * TICK_S)
+    assert trapezoid_s(far, cruise, acceleration) == pytest.approx(seconds)
     assert np.abs(np.diff(speeds)).max() <= acceleration * TICK_S * 2.01

@@ -21,6 +21,7 @@ from stereo_lab.motion.rules import (
     slow_down_volts,
     slow_zone_deg,
     tracking_volts,
+    trapezoid_s,
     trapezoid_step,
 )  # fmt: skip
 
@@ -28,5 +29,5 @@ __all__ = [
     "MOST_LOAD_V", "WeightFit", "lowest_voltage",
     "REST_TICKS", "TICK_S", "DirectionFit", "Motor", "MotorCalibration", "Profile", "Run", "SlowDownRule", "Tuning",
     "advance", "calibrate_motor", "drag_link", "drive", "encoder_count", "polled_counts", "push_of",
-    "slow_down_volts", "slow_zone_deg", "tracking_volts", "trapezoid_step",
+    "slow_down_volts", "slow_zone_deg", "tracking_volts", "trapezoid_s", "trapezoid_step",
 ]  # fmt: skip

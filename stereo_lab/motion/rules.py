@@ -140,6 +140,13 @@ def trapezoid_step(
     return position_deg + way * speed * seconds, way * speed
 
 
+def trapezoid_s(way_deg: float, cruise_deg_s: float, acceleration_deg_s2: float) -> float:
+    """How long such a motion takes, from rest to rest; a short one never reaches its cruise, and is a triangle."""
+    if way_deg < cruise_deg_s**2 / acceleration_deg_s2:
+        return 2 * math.sqrt(way_deg / acceleration_deg_s2)
+    return way_deg / cruise_deg_s + cruise_deg_s / acceleration_deg_s2
+
+
 def tracking_volts(
     tuning: Tuning, speed_deg_s: float, acceleration_deg_s2: float, error_deg: float, integral_v: float
 ) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from stereo_lab.motion import MOST_LOAD_V, REST_TICKS, TICK_S, Profile, Tuning
+from stereo_lab.motion import MOST_LOAD_V, REST_TICKS, TICK_S, Profile, Tuning, trapezoid_s
 
 IDLE, HOLD, MOVE, PUSH, SEEK, BACK, CREEP, REST = range(8)
 RUNAWAY_DEG = 0.6  # so far against its voltage
@@ -168,11 +168,7 @@ class Joint:
 
     def duration_s(self, goal_deg: float) -> float:
         """Seconds of a trapezoid from here to a goal."""
-        cruise, acceleration = self.parameters["cruise"], self.parameters["acc"]
-        way = abs(goal_deg - self.position_deg)
-        if way < cruise**2 / acceleration:
-            return 2 * math.sqrt(way / acceleration)
-        return way / cruise + cruise / acceleration
+        return trapezoid_s(abs(goal_deg - self.position_deg), self.parameters["cruise"], self.parameters["acc"])
 
     @property
     def busy(self) -> bool:
