@@ -15,8 +15,9 @@ from serial.tools import list_ports
 from stereo_lab.arm import protocol as wire
 from stereo_lab.errors import ArmError, RefusedError
 
-if "stereo_lab.arm.virtual" not in serial.protocol_handler_packages:
-    serial.protocol_handler_packages.append("stereo_lab.arm.virtual")  # where pyserial finds virtual://
+for scheme in ("virtual", "feetech"):
+    if f"stereo_lab.arm.{scheme}" not in serial.protocol_handler_packages:
+        serial.protocol_handler_packages.append(f"stereo_lab.arm.{scheme}")  # where pyserial finds its ports
 
 ANSWER_S = 0.3  # a command that is not answered so long is sent again
 GIVE_UP_S = 0.9  # and after so long it has failed
@@ -39,8 +40,17 @@ def ports() -> list[tuple[str, str]]:
     list of (name, description)
         The virtual arm first; it is always there.
     """
-    found = sorted((p.device, p.description) for p in list_ports.comports())
+    found = sorted((p.device, _described(p)) for p in list_ports.comports())
     return [("virtual://arm", "a simulated arm, no hardware needed"), *found]
+
+
+def _described(port):
+    """A port's own words, and what is likely behind it: two chips of one maker serve boards and servo adapters."""
+    kind = {
+        (0x1A86, 0x55D3): f" (bus servos: feetech://{port.device})",
+        (0x1A86, 0x7523): f" (an Arduino; or bus servos: feetech://{port.device})",
+    }
+    return f"{port.description}{kind.get((port.vid, port.pid), '')}"
 
 
 def open_port(name: str, baud_rate: int = wire.BAUD_RATE) -> serial.SerialBase:
@@ -70,8 +80,8 @@ def _why_not(name, error):
         return f"{name} may not be opened by this user, or is in use. On Linux join the group dialout and log in again."
     if number == errno.ECONNREFUSED:
         return f"Nobody listens at {name}. Start the program that serves the arm first."
-    if name.startswith("virtual:"):
-        return f"{error}."
+    if name.startswith("virtual:") or str(error).startswith(("servo", "expected")):
+        return f"{name}: {error}." if name.startswith("feetech:") else f"{error}."
     there = ", ".join(port for port, _ in ports())
     return f"There is no port {name} here. There are: {there}. Is the cable plugged in at both ends?"
 
@@ -263,6 +273,11 @@ class SerialLine:
             self.events.append(answer)
 
     def _gone(self, error):
+        if self.name.startswith("feetech://"):
+            return ArmError(
+                f"{self.name} is gone ({error}). Its servos do not notice: they go on to their goal and hold it. Cut their "
+                "supply if they must not, plug it in again and connect anew."
+            )
         return ArmError(
             f"{self.name} is gone ({error}). The arm stops by itself: at its goal, by its watchdog, or because it "
             "lost its power. Plug it in again, connect anew and home it."

@@ -139,11 +139,11 @@ def _parser():
     arm.add_argument(
         "url", metavar="list|torque|URL",
         help="list: the ports; torque: what the arm of a recording weighs on its joints; or a port: virtual://arm, COM3, "
-        "/dev/ttyUSB0, socket://…",
+        "/dev/ttyUSB0, socket://…; feetech://PORT for bus servos",
     )  # fmt: skip
     arm.add_argument(
         "action", nargs="?", metavar="ACTION",
-        help=f"{', '.join(ARM_ACTIONS)} (default: status); after torque: folder or name of a recording",
+        help=f"{', '.join(ARM_ACTIONS)}, setup (default: status); after torque: folder or name of a recording",
     )  # fmt: skip
     arm.add_argument(
         "angles", nargs="*", metavar="WORD", help="for move: shoulder and elbow in degrees; for register: the recording"

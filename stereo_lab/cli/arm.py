@@ -19,6 +19,8 @@ def run_arm(options: argparse.Namespace) -> int:
         write_json_option(options.json, _arm_torque(options.action))
         return OK
     action = options.action or "status"
+    if action == "setup":
+        return _arm_setup(options)
     if options.url != "list" and action not in ARM_ACTIONS:
         raise StereoLabError(f"There is no action {action!r}. Choose one of {', '.join(ARM_ACTIONS)}.")
     if options.url == "list":
@@ -33,6 +35,46 @@ def run_arm(options: argparse.Namespace) -> int:
         facts = ARM_ACTIONS[action](arm, options)
     write_json_option(options.json, facts)
     return OK
+
+
+def _arm_setup(options):
+    """Write into bus servos what they must know, one after the other."""
+    from stereo_lab.arm.feetech.bus import Bus
+    from stereo_lab.arm.feetech.port import open_bus
+    from stereo_lab.arm.feetech.setup import set_up
+    from stereo_lab.recording import open_recording
+
+    if not options.url.startswith("feetech://"):
+        raise StereoLabError(
+            f"Only bus servos are set up, feetech://PORT; {options.url} keeps its numbers in the sketch."
+        )
+    limits = open_recording(options.angles[0] if options.angles else None).arm.limits_deg
+    try:
+        port = open_bus(options.url.removeprefix("feetech://").partition("?")[0])
+    except (OSError, ValueError) as error:  # what pyserial raises is an OSError
+        raise ArmError(f"{options.url} does not open: {error}. `stereo-lab arm list` names the ports.") from None
+    with contextlib.closing(port):
+        for joint, limit in enumerate(limits, start=1):
+            print(f"Joint {joint}: plug in its servo alone, and its supply.")
+            if not _asked("Is it plugged in?"):
+                return OK
+            bus = Bus(port)
+            bus.find_echo(1)
+            try:
+                if not set_up(bus, joint, limit, _asked):
+                    print("Nothing was written." if joint == 1 else "Joint 2 is left as it is.")
+                    return OK
+            except OSError as error:
+                raise ArmError(f"Joint {joint}: {error}") from None
+            print(f"Joint {joint} is set up.")
+    return OK
+
+
+def _asked(question):
+    try:
+        return input(f"{question} [y/N] ").strip().lower() in ("y", "yes")
+    except EOFError:  # nobody there to answer
+        return False
 
 
 def _arm_torque(name):

@@ -1,0 +1,1 @@
+"""Bus servos behind the same arm: ``feetech://PORT``."""

@@ -1,0 +1,285 @@
+"""Bus servos: frames byte for byte, as Feetech's manual and its public Python packages write them."""
+
+import time
+
+import numpy as np
+import pytest
+from servo_twin import Twin, TwinPort
+
+from stereo_lab.arm import connect, line
+from stereo_lab.arm.feetech import packets, port, servos
+from stereo_lab.arm.feetech.bus import Bus
+from stereo_lab.arm.feetech.packets import (
+    Answer,
+    frame,
+    number,
+    read_frame,
+    sync_read_frame,
+    sync_write_frame,
+    take_answer,
+    word,
+    write_frame,
+)
+from stereo_lab.arm.feetech.setup import find, set_up
+from stereo_lab.cli import main
+from stereo_lab.errors import ArmError, UnreachableTargetError
+from stereo_lab.kinematics import JointAngles
+
+
+@pytest.mark.parametrize(("made", "bytes_"), [
+    (frame(1, packets.PING), "FF FF 01 02 01 FB"), (read_frame(1, 56, 2), "FF FF 01 04 02 38 02 BE"), (read_frame(1, 56, 15), "FF FF 01 04 02 38 0F B1"),
+    (write_frame(1, 40, b"\1"), "FF FF 01 04 03 28 01 CE"), (write_frame(1, 40, b"\0"), "FF FF 01 04 03 28 00 CF"),
+    (write_frame(1, 40, b"\x80"), "FF FF 01 04 03 28 80 4F"), (write_frame(0xFE, 40, b"\0"), "FF FF FE 04 03 28 00 D2"),
+    (write_frame(1, 55, b"\0"), "FF FF 01 04 03 37 00 C0"), (write_frame(1, 5, b"\2"), "FF FF 01 04 03 05 02 F0"),
+    (write_frame(1, 42, word(2048)), "FF FF 01 05 03 2A 00 08 C4"), (write_frame(1, 46, word(-500)), "FF FF 01 05 03 2E F4 81 53"),
+    (write_frame(1, 48, word(500)), "FF FF 01 05 03 30 F4 01 D1"), (write_frame(1, 31, word(-100, 11)), "FF FF 01 05 03 1F 64 08 6B"),
+    (write_frame(1, 42, word(2048) + word(0) + word(1000)), "FF FF 01 09 03 2A 00 08 00 00 E8 03 D5"),
+    (write_frame(1, 41, b"\x32" + word(2048) + word(0) + word(1000)), "FF FF 01 0A 03 29 32 00 08 00 00 E8 03 A3"),
+    (sync_write_frame(42, {1: word(2048), 2: word(1000)}), "FF FF FE 0A 83 2A 02 01 00 08 02 E8 03 52"),
+    (sync_write_frame(40, dict.fromkeys(range(1, 7), b"\0")), "FF FF FE 10 83 28 01 01 00 02 00 03 00 04 00 05 00 06 00 30"),
+    (sync_write_frame(41, {k: b"\x32" + word(p) + word(0) + word(1000) for k, p in ((1, 2048), (2, 1000))}),
+     "FF FF FE 14 83 29 07 01 32 00 08 00 00 E8 03 02 32 E8 03 00 00 E8 03 0A"),
+    (sync_read_frame((1, 2), 56, 8), "FF FF FE 06 82 38 08 01 02 36"), (sync_read_frame(range(1, 7), 56, 2), "FF FF FE 0A 82 38 02 01 02 03 04 05 06 26"),
+])  # fmt: skip
+def test_frames_are_those_of_the_manual_and_of_the_public_packages(made, bytes_):
+    assert made == bytes.fromhex(bytes_)
+
+
+@pytest.mark.parametrize(("bytes_", "answer"), [
+    ("FF FF 01 02 00 FC", Answer(1, 0, b"")), ("FF FF 01 02 20 DC", Answer(1, 0x20, b"")), ("FF FF 01 03 00 79 82", Answer(1, 0, b"\x79")),
+    ("FF FF 01 04 00 00 08 F2", Answer(1, 0, b"\0\x08")), ("FF FF 02 04 00 FF 07 F3", Answer(2, 0, b"\xff\x07")),
+    ("FF FF 01 11 00 00 08 64 80 2C 04 79 1E 00 00 01 00 08 0A 80 A7", Answer(1, 0, bytes.fromhex("00 08 64 80 2C 04 79 1E 00 00 01 00 08 0A 80"))),
+])  # fmt: skip
+def test_answers_are_read(bytes_, answer):
+    for before in (b"", b"\xff", b"\x12\xff\xff\x01", b"\xff\xff\x01\x02\x00\x00"):  # nothing, or noise in front
+        heard = bytearray(before + bytes.fromhex(bytes_) + b"\xff")
+        assert take_answer(heard) == answer and heard == b"\xff"
+
+
+def test_half_an_answer_is_waited_for():
+    whole = bytes.fromhex("FF FF 01 04 00 00 08 F2")
+    for k in range(len(whole)):
+        heard = bytearray(whole[:k])
+        assert take_answer(heard) is None
+        heard += whole[k:]
+        assert take_answer(heard) == Answer(1, 0, b"\0\x08")
+
+
+def test_noise_never_makes_an_answer_that_was_not_sent():
+    """One flipped bit anywhere: nothing, or nothing yet."""
+    whole = bytes.fromhex("FF FF 01 04 00 00 08 F2")
+    for bit in range(8 * len(whole)):
+        hit = bytearray(whole)
+        hit[bit // 8] ^= 1 << bit % 8
+        assert take_answer(hit) is None
+    rng = np.random.default_rng(0)
+    heard = bytearray(rng.integers(0, 256, 20_000, dtype=np.uint8).tobytes())
+    while take_answer(heard) is not None:
+        pass
+    assert len(heard) < 260
+
+
+@pytest.mark.parametrize(
+    ("value", "bit"), [(0, 15), (1, 15), (-1, 15), (2047, 11), (-2047, 11), (-1000, 10), (32766, 15)]
+)
+def test_signs_are_a_bit_of_their_own(value, bit):
+    assert number(word(value, bit), bit) == value
+    assert word(-200) == bytes.fromhex("C8 80")
+
+
+def test_what_would_break_a_frame_is_refused():
+    with pytest.raises(ValueError, match="two FF"):
+        write_frame(1, 42, b"\xff\xff")
+    with pytest.raises(ValueError, match="bit 11"):
+        word(2048, 11)
+    with pytest.raises(ValueError, match="equally many"):
+        sync_write_frame(42, {1: b"\0", 2: b"\0\0"})
+
+
+def test_errors_have_words():
+    assert packets.what_is_wrong(0) == "" and packets.what_is_wrong(0x24) == "its temperature, its load"
+
+
+@pytest.fixture(params=[False, True], ids=["quiet", "echo"])
+def wire(request, monkeypatch):
+    """Two twins on a wire, the second somewhere else, behind an adapter with or without an echo."""
+    twins = TwinPort([Twin(1), Twin(2, 2500)], time.monotonic, request.param)
+    monkeypatch.setattr(port, "open_bus", lambda name: twins)
+    return twins
+
+
+def test_the_same_arm_by_the_same_cells(wire):
+    with connect("feetech://wire") as arm:
+        assert (
+            arm.homed
+            and arm.status().state == "off"
+            and arm.angles().theta2_deg == pytest.approx(452 * 360 / 4096, abs=0.1)
+        )
+        reached = arm.move_to(JointAngles(30.0, -45.0))
+        assert (reached.theta1_deg, reached.theta2_deg) == pytest.approx((30, -45), abs=0.2)
+        assert [t.output - 180 for t in wire.twins.values()] == pytest.approx(
+            [30, -45], abs=1.0
+        )  # a degree of play, unseen
+        assert arm.home() == arm.angles()  # nothing to find, nothing moves
+        with pytest.raises(UnreachableTargetError, match="Joint 1 turns"):
+            arm.move_to(JointAngles(200.0, 0.0))
+        arm.set_limits(((-20.0, 40.0), (-60.0, 60.0)))
+        with pytest.raises(UnreachableTargetError, match="-20 to 40"):
+            arm.move_to(JointAngles(41.0, 0.0))
+        told = arm.port.servos[0]
+        assert told["volts"] == 7.4 and told["celsius"] == 31 and abs(told["load"]) <= 1
+    assert [t.table[40] for t in wire.twins.values()] == [0, 0]  # left with torque off
+
+
+def test_both_arrive_together(wire):
+    with connect("feetech://wire") as arm:
+        arm.enable()
+        arm.command("MA 60 20")
+        said = [
+            data for data in wire.said if data[4] == packets.SYNC_WRITE and data[5] == servos.RUN and len(data) > 20
+        ][-1]
+        speeds = [number(said[k : k + 2]) for k in (13, 21)]
+        assert speeds[0] != speeds[1] and all(0 < s <= servos.LARGEST_SPEED for s in speeds)
+        arm.wait(1.5)
+        assert arm.status().state == "idle"
+
+
+@pytest.mark.parametrize("command", ["PW 1 50 100", "ZE 1 10", "SET 1 k 80", "SET 2 supply 6"])
+def test_what_a_servo_cannot_do_is_refused(wire, command):
+    with connect("feetech://wire") as arm, pytest.raises(ArmError, match="refused"):
+        arm.enable()
+        arm.command(command)
+
+
+def test_a_joint_that_is_held_up_is_a_stall(wire):
+    with connect("feetech://wire") as arm:
+        wire.twins[1].held = True
+        with pytest.raises(ArmError, match="Joint 1 .* is stalled"):
+            arm.move_to(JointAngles(60.0, 0.0))
+        assert number(wire.twins[1].table[42:44]) == pytest.approx(
+            wire.twins[1].position, abs=2
+        )  # its goal is where it is
+        wire.twins[1].held = False
+        assert arm.move_to(JointAngles(0.0, 0.0)).theta1_deg == pytest.approx(0, abs=0.2)
+
+
+@pytest.mark.parametrize(("address", "value"), [(63, 75), (65, 0x20), (65, 4)])
+def test_a_servo_that_is_too_hot_or_overloaded_is_switched_off(wire, monkeypatch, address, value):
+    with connect("feetech://wire") as arm:
+        arm.enable()
+        live = Twin.live
+
+        def worse(twin, seconds):
+            live(twin, seconds)
+            twin.table[address] = value
+
+        monkeypatch.setattr(Twin, "live", worse)
+        time.sleep(0.2)
+        assert arm.status().fault == "s1" and arm.status().state == "off"
+        assert [t.table[40] for t in wire.twins.values()] == [0, 0]
+
+
+def test_a_stop_holds_where_it_is_and_latches(wire):
+    with connect("feetech://wire") as arm:
+        arm.enable()
+        arm.command("MV 1 150 20")
+        arm.wait(0.3)
+        arm.stop()
+        here = wire.twins[1].position
+        time.sleep(0.2)
+        assert wire.twins[1].position == pytest.approx(here, abs=12) and wire.twins[1].table[40] == 1
+        with pytest.raises(ArmError):
+            arm.command("MV 1 0")
+        arm.enable()
+        arm.command("MV 1 0")
+
+
+def test_a_silent_host_is_noticed_and_the_torque_ends(wire):
+    with connect("feetech://wire") as arm:
+        arm.enable()
+        arm.command("WD 300")
+        arm.command("MV 1 170 5")
+        time.sleep(0.8)
+        assert wire.twins[1].table[40] == 0
+        assert arm.status().fault == "w"
+
+
+def test_a_garbled_answer_is_asked_for_again(wire):
+    with connect("feetech://wire") as arm:
+        for _ in range(5):
+            wire.noise = 1
+            assert arm.angles().theta1_deg == pytest.approx(0, abs=0.1)
+            time.sleep(0.05)
+        assert arm.status().state == "off"
+
+
+@pytest.mark.parametrize(
+    ("what", "words"), [("silent", "servo 1 does not answer.*go on to their goal"), ("unplugged", "the device is gone")]
+)
+def test_a_wire_that_is_lost_is_told(wire, what, words):
+    with connect("feetech://wire") as arm:
+        arm.enable()
+        setattr(wire, what, True)
+        with pytest.raises(ArmError, match=words):
+            arm.move_to(JointAngles(30.0, 0.0))
+
+
+def test_a_servo_that_is_not_there_is_named(monkeypatch):
+    monkeypatch.setattr(port, "open_bus", lambda name: TwinPort([Twin(1)], time.monotonic))
+    with pytest.raises(ArmError, match="servo 2 does not answer"):
+        connect("feetech://wire")
+    with pytest.raises(ArmError, match="feetech://PORT"):
+        connect("feetech://wire?ids=1")
+
+
+class Ticking:
+    """A clock that goes on by a millisecond with every look at it."""
+
+    def __init__(self):
+        self.now = 0.0
+
+    def __call__(self):
+        self.now += 0.001
+        return self.now
+
+
+def test_setup_writes_only_when_it_may():
+    clock = Ticking()
+    twins = TwinPort([Twin(1)], clock)
+    bus = Bus(twins, clock)
+    assert find(bus) == [1]
+    before = bytes(twins.twins[1].kept)
+    assert not set_up(bus, 2, (-155.0, 155.0), lambda question: False, lambda s: None)
+    assert bytes(twins.twins[1].kept) == before
+    twins.twins[1].position = 2300.0
+    assert set_up(bus, 2, (-155.0, 155.0), lambda question: True, lambda s: None)
+    servo = twins.twins[2]
+    servo.power_up()  # what was kept is there after a restart
+    assert servo.table[5] == 2 and servo.get(16, 2) == 500 and servo.table[55] == 1
+    assert [(servo.get(k, 2) - 2048) * 360 / 4096 for k in (9, 11)] == pytest.approx([-155, 155], abs=0.1)
+    assert servo.position == 2048
+
+
+@pytest.mark.parametrize("there", [[], [1, 7]])
+def test_setup_wants_one_servo_on_the_wire(there):
+    bus = Bus(TwinPort([Twin(k) for k in there], Ticking()), Ticking())
+    with pytest.raises(ArmError, match="Expected one servo on the wire"):
+        set_up(bus, 1, (-1.0, 1.0), lambda question: True, lambda s: None)
+
+
+def test_setup_on_the_command_line(monkeypatch, capsys):
+    twins = TwinPort([Twin(1)], time.monotonic)
+    monkeypatch.setattr(port, "open_bus", lambda name: twins)
+    monkeypatch.setattr("builtins.input", lambda question: "n")
+    assert main(["arm", "feetech://wire", "setup"]) == 0 and twins.twins[1].table[5] == 1
+    assert main(["arm", "virtual://arm", "setup"]) == 2
+    assert "Only bus servos" in capsys.readouterr().err
+
+
+def test_the_list_of_ports_tells_servo_adapters(monkeypatch):
+    class Info:
+        def __init__(self, device, vid, pid):
+            self.device, self.description, self.vid, self.pid = device, "USB", vid, pid
+
+    monkeypatch.setattr(line.list_ports, "comports", lambda: [Info("A", 0x1A86, 0x55D3), Info("B", 0x2341, 0x43)])
+    assert "feetech://A" in line.ports()[1][1] and "feetech" not in line.ports()[2][1]
