@@ -171,7 +171,7 @@ def hand_speed(load_g, duty, friction_v, start):
 @pytest.mark.parametrize(
     ("load_g", "duty", "friction_v", "told"),
     [
-        (0, 0.0, None, "stays where it is"), (0, None, None, "stays, if the gears rub"), (100, 0.0, None, "sinks"),
+        (0, 0.0, None, "stays where it is, or sinks"), (0, None, None, "stays, if the gears rub"), (100, 0.0, None, "sinks"),
         (100, None, None, "falls"), (0, None, 0.001, "falls"), (100, None, 0.001, "falls"),
     ],
 )  # fmt: skip
