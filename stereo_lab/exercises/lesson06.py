@@ -153,7 +153,7 @@ def _edges():
                 Wrong(COUNTS / CRUISE, "that is edges for each degree, but of a turn of 180 degrees."),
                 Wrong(COUNTS / 360, "that is the edges of one degree; there are 180 of them in a second."),
             ),
-            "about 2,047 a second: a host that looks 2,100 times a second can just follow, if no look gets lost.",
+            "about 2,047 a second: a host must look more often than that, and well more, for a joint is a little faster at times.",
         ),
         hints=(
             "How many turns does the joint make in a second?",

@@ -187,7 +187,7 @@ class Registration:
             elif name.startswith("zero") and abs(off) > max(SURE * sigma, worth):
                 said.append(
                     f"Joint {name[-1]} stands {off:+.1f} degrees (± {sigma:.1f}) beside what it says: "
-                    f"set its `home` in the sketch {off:+.1f} degrees higher, or move its switch."
+                    f"set its `home` in the sketch {abs(off):.1f} degrees {'higher' if off > 0 else 'lower'}, or move its switch."
                 )
         return said
 
