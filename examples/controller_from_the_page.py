@@ -106,6 +106,7 @@ class _Joint:
         self.kind = "idle"
         self.count = self.zero = count  # zero is the count, with a fraction, at which the angle is 0
         self.still = self.rest = 6  # ticks without an edge; those that count for "at rest", as after reset
+        self.last_edge = 0.0  # which way it went
         self.closed = self.closed_count = 0  # ticks since the switch closed, and where that was
         self.speed = self.volts = self.held = self.gravity = self.load = self.kick = 0.0
         self.p = self.s = self.g = self.cruise = self.acc = 0.0  # the plan
@@ -120,6 +121,7 @@ class _Joint:
         self._add_up(turned)
         self.speed += 0.1 * (turned / T - self.speed)
         self.still, self.rest = (0, 0) if turned else (self.still + 1, self.rest + 1)
+        self.last_edge = turned or self.last_edge
         self.count = count
         if pressed and not self.closed:
             self.closed_count = count
@@ -342,6 +344,8 @@ class _Joint:
         self.kick = 0.0
         self._set_held()
         self.volts += kp * e
+        if ended and e * self.last_edge > 0:
+            self.volts += _sign(e) * self._of_way("db", e)
         if not ended:
             self.volts += (self.par["db+"] if self.s > 0 else -self.par["db-"]) + (self.s + tau * a) / k
         return False

@@ -256,8 +256,13 @@ class Profile:
         self._learn(error)
         self.held_v = weight_v + self.load_v
         if ended:
-            return self.held_v + self.tuning.kp_v_per_deg * error
+            return self._come_back(error)
         return tracking_volts(self.tuning, self.speed_deg_s, self.speeding_up_deg_s2, error, self.held_v)
+
+    def _come_back(self, error):
+        """The voltage for a motor beside its goal; friction is added where it turns toward it, lest it is learned as a load."""
+        rubs = self.tuning.dead_band_v[int(error < 0)] if error * self._rest.way > 0 else 0.0
+        return self.held_v + math.copysign(rubs, error) + self.tuning.kp_v_per_deg * error
 
     def _kick(self, error):
         """The voltage for a motor that is stuck: what starts it, and more with every tick; never less than its error asks."""
@@ -273,13 +278,15 @@ class Profile:
 
 
 class _Rest:
-    """For how many ticks the encoder has stood still."""
+    """For how many ticks the encoder has stood still, and which way it turned before."""
 
     def __init__(self, measured_deg):
-        self._last, self._ticks = measured_deg, 0
+        self._last, self._ticks, self.way = measured_deg, 0, 0.0
 
     def ticks(self, measured_deg):
         self._ticks = self._ticks + 1 if measured_deg == self._last else 0
+        if self._ticks == 0:
+            self.way = measured_deg - self._last
         self._last = measured_deg
         return self._ticks
 

@@ -59,6 +59,7 @@ struct Joint {
   // the plan of a move
   float planned, plan_speed, speeding_up, goal, left, plan_cruise, plan_acc, kick, way, fast_v, slow_v;
   uint8_t rests;
+  int8_t turned;  // which way the last edge went
 };
 
 struct Parameter {
@@ -382,7 +383,8 @@ float profile_volts(Joint &joint, bool *done) {
   if (joint.rests >= REST_TICKS && (ended || error * joint.plan_speed > 0)) return kick_volts(joint, error);
   learn(joint, error);
   float feedback = joint.kp * error + joint.held;
-  if (ended) return feedback;
+  if (ended && error * joint.turned <= 0) return feedback;
+  if (ended) return feedback + (error > 0 ? joint.db[0] : -joint.db[1]);  // lest friction is learned as a load
   float friction = joint.plan_speed > 0 ? joint.db[0] : -joint.db[1];
   return friction + joint.plan_speed * joint.per_k + joint.speeding_up * joint.tau_per_k + feedback;
 }
@@ -421,6 +423,7 @@ void look(Joint &joint) {
     return;
   }
   joint.still = joint.rests = 0;
+  joint.turned = turned > 0 ? 1 : -1;
   float added = joint.duty * joint.volts_of_duty - joint.rested_v, way = turned * joint.degree;
   float left = joint.mode == PUSH || by_rule ? 0 : joint.goal - joint.position;
   if (way * added > 0 || way * left > 0) joint.obeyed += fabs(way);  // with its voltage, or where it should
