@@ -678,7 +678,7 @@ def test_a_board_on_usb_gets_time_to_start(monkeypatch):
     ("words", "code", "said"),
     [
         (["list"], 0, "virtual://arm"), (["virtual://arm"], 0, "off, joints at 0.00, 0.00"),
-        (["torque"], 0, "2.6 times"), (["torque", "nowhere"], 2, "no folder"), (["virtual://arm", "fly"], 2, "no action"),
+        (["torque"], 0, "2.8 times"), (["torque", "nowhere"], 2, "no folder"), (["virtual://arm", "fly"], 2, "no action"),
         (["virtual://arm", "home"], 0, "homed"), (["virtual://arm", "move", "30", "-45.5"], 0, "reached 29.98, -45."),
         (["virtual://arm", "calibrate"], 0, "joint 2 clockwise"),
         (["virtual://arm", "monitor", "--seconds", "0.1"], 0, "0.0 s  off"),

@@ -299,7 +299,11 @@ def test_inertia_is_the_energy_of_motion():
             along = 1j * np.exp(1j * one) * speed1
             v = along * m if link == 1 else along * 0.25 + 1j * np.exp(1j * both) * (speed1 + speed2) * m
             energy += kg * abs(v) ** 2 / 2
-        energy += 0.09 * 0.25**2 / 12 * speed1**2 / 2 + 0.06 * 0.2**2 / 12 * (speed1 + speed2) ** 2 / 2
+        rods = (
+            0.09 * (2 * (0.25 - 0.11)) ** 2 / 12,
+            0.06 * (2 * (0.2 - 0.13)) ** 2 / 12,
+        )  # as long as to their far ends
+        energy += rods[0] * speed1**2 / 2 + rods[1] * (speed1 + speed2) ** 2 / 2
         m11, m12, m22 = inertia_kg_m2(arm, float(np.degrees(other)))
         assert energy == pytest.approx((m11 * speed1**2 + 2 * m12 * speed1 * speed2 + m22 * speed2**2) / 2)
 

@@ -1,11 +1,13 @@
 """Lesson 06: motors against their equation solved in small steps, and the stopping rules on motors drawn by lot."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from stereo_lab.errors import StereoLabError
+from stereo_lab.kinematics import KGF_CM
 from stereo_lab.motion import (
     TICK_S,
     Motor,
@@ -82,7 +84,7 @@ def test_no_more_current_flows_than_the_limit():
     assert motor.reaching_v(6.0, 0.0) == 2.0 and motor.reaching_v(-6.0, 0.0) == -2.0
     assert motor.current_a(motor.reaching_v(6.0, 300.0), 300.0) == pytest.approx(1.0)
     assert motor.reaching_v(1.5, 0.0) == 1.5 and motor.stall_nm == pytest.approx(2 * motor.torque_per_volt)
-    assert Motor().stall_nm == pytest.approx(6 * 0.46)
+    assert Motor().stall_nm == pytest.approx(6 * 0.4)
 
 
 def test_the_supply_is_the_most_that_there_is():
@@ -222,15 +224,29 @@ def test_paper_rule_is_ten_times_worse_at_this_speed_and_a_fitting_zone_mends_it
 
 @pytest.mark.parametrize(("part", "bound"), [(0.0, 0.25), (0.5, 0.4), (1.0, 0.8)])
 def test_profile_stops_with_a_load_that_nobody_told_of(tunings, part, bound):
-    """Lifting and letting down a part of what the motor may hold for long, which the rule of five degrees cannot."""
+    """Lifting and letting down a part of what the motor's maker rates it for, which the rule of five degrees cannot."""
+    maker_nm = 3 * 0.95 * 2 * KGF_CM  # 2 kgf·cm before the belt: more than the kit counts on
+    assert maker_nm > 1.7 * Motor().rated_nm
     errors = {"profile": [], "rule": []}
     for motor, tuning in zip(MOTORS, tunings, strict=True):
         for way in (1, -1):
-            load = way * part * motor.rated_nm
+            load = way * part * maker_nm
             errors["profile"].append(drive(motor, Profile(tuning, 0.0, 90.0), load_nm=load).rest_deg - 90)
             errors["rule"].append(drive(motor, SlowDownRule(tuning, 0.0, 90.0), load_nm=load).rest_deg - 90)
     assert np.percentile(np.abs(errors["profile"]), 95) < bound
     assert np.percentile(np.abs(errors["rule"]), 95) > (40 if part else 2)
+
+
+def test_a_sluggish_joint_does_not_take_its_friction_for_a_load():
+    """A heavy arm on the motor: it stops as well, and what it has learned is less than its friction."""
+    rng = np.random.default_rng(7)
+    for _ in range(40):
+        motor = replace(Motor.random(rng), time_constant_s=rng.uniform(0.1, 0.16))
+        tuning = Tuning.of(calibrate_motor(push_of(motor), motor.supply_v))
+        for goal in (90.0, -90.0, 3.0, -3.0):
+            move = Profile(tuning, 0.0, goal)
+            assert abs(drive(motor, move).rest_deg - goal) < 0.5
+            assert abs(move.load_v) < 0.75 * motor.dead_band_v[goal < 0] + 0.05
 
 
 def test_paper_rule_without_calibration_leaves_some_motors_short(tunings):

@@ -1,8 +1,6 @@
 """The virtual controller, the firmware and PROTOCOL.md are one controller: their numbers are the same."""
 
 import contextlib
-import csv
-import math
 import re
 
 import pytest
@@ -12,7 +10,6 @@ from stereo_lab.arm import protocol as wire
 from stereo_lab.arm.virtual import controller, joint
 from stereo_lab.arm.virtual.plant import BENCH_ARM, END_STOPS_DEG, SWITCHES_DEG, Faults, Plant
 from stereo_lab.errors import UnreachableTargetError
-from stereo_lab.firmware import drawings
 from stereo_lab.motion import Motor, rules
 from stereo_lab.recording import open_recording
 
@@ -91,33 +88,3 @@ def test_one_set_of_limits_everywhere():
         with contextlib.suppress(UnreachableTargetError):
             reached += bool(arm.solutions(sample.reference.x_mm, sample.reference.y_mm))
     assert reached >= 14
-
-
-@pytest.mark.parametrize("name", ["front", "layers", "template"])
-def test_drawings_are_those_of_the_script(name, tmp_path):
-    drawings.main(tmp_path)
-    drawn = (ROOT / f"stereo_lab/firmware/{name}.svg").read_text(encoding="utf-8")
-    assert (tmp_path / f"{name}.svg").read_text(encoding="utf-8") == drawn, "run stereo_lab/firmware/drawings.py"
-
-
-def test_pegs_meet_at_the_end_stops():
-    """Two pegs touch when their middles are one diameter apart: at both ends of the range, and nowhere between."""
-    for low, high in END_STOPS_DEG:
-        radius, fixed = drawings.peg_circle_mm((low, high)), drawings.fixed_peg_deg((low, high))
-        apart = [math.dist(drawings.around(radius, a), drawings.around(radius, fixed)) for a in (low, high)]
-        assert apart == pytest.approx([drawings.PEG_MM] * 2, abs=0.01)
-        between = [
-            math.dist(drawings.around(radius, a), drawings.around(radius, fixed))
-            for a in range(int(low) + 1, int(high))
-        ]
-        assert min(between) > drawings.PEG_MM
-
-
-@pytest.mark.parametrize(("arm", "dollars"), [("DC", 90), ("servo", 70)])
-def test_the_parts_are_as_cheap_as_the_page_says(arm, dollars):
-    with (ROOT / "stereo_lab/firmware/parts.csv").open(encoding="utf-8", newline="") as file:
-        rows = [row for row in csv.DictReader(file) if row["arm"] == arm]
-    total = sum(int(row["count"]) * float(row["usd_each"]) for row in rows)
-    assert total < dollars and all(row["seller"] and row["checked"] in ("yes", "not checked") for row in rows)
-    page = (ROOT / "stereo_lab/firmware/README.md").read_text(encoding="utf-8")
-    assert arm != "DC" or f"costs {total:.0f} dollars" in page

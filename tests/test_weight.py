@@ -13,7 +13,8 @@ from stereo_lab.cli import main
 from stereo_lab.kinematics import GRAVITY_M_S2, ArmWeight, JointAngles, TwoLinkArm, holding_torque_nm
 from stereo_lab.motion import TICK_S, Motor
 
-LIGHT = TwoLinkArm(250.0, 200.0)
+SHIPPED = TwoLinkArm(250.0, 200.0)
+LIGHT = TwoLinkArm(250.0, 200.0, weight=ArmWeight(30, 15, None, motor_g=96, motor_at_mm=-90, elbow_g=50))
 HEAVY = TwoLinkArm(250.0, 200.0, weight=ArmWeight(120, 60, 100, 120, motor_at_mm=200, elbow_g=30, hand_g=40, load_g=60))
 MOTORS = (
     Motor(80.0, (0.12, 0.12), 0.05, backlash_deg=0.0, counts_per_turn=4096.0, gear_loss=0.0),
@@ -49,9 +50,9 @@ def in_mujoco(mujoco, arm, motors, braked=False):
         )
 
     ends = w.hand_g + w.load_g
-    second = [(w.link2_g / 1000, center2, w.link2_g / 1000 * l2**2 / 12), (ends / 1000, l2, 0.0)]
+    second = [(w.link2_g / 1000, center2, w.link2_g / 1000 * (l2 - center2) ** 2 / 3), (ends / 1000, l2, 0.0)]
     first = [
-        (w.link1_g / 1000, center1, w.link1_g / 1000 * l1**2 / 12), (w.motor_g / 1000, w.motor_at_mm / 1000, 0.0),
+        (w.link1_g / 1000, center1, w.link1_g / 1000 * (l1 - center1) ** 2 / 3), (w.motor_g / 1000, w.motor_at_mm / 1000, 0.0),
         (w.elbow_g / 1000, l1, 0.0),
     ]  # fmt: skip
     links = body("shoulder", 0, first, motors[0], body("elbow", l1, second, motors[1]))
@@ -62,7 +63,7 @@ def in_mujoco(mujoco, arm, motors, braked=False):
     return model, mujoco.MjData(model)
 
 
-@pytest.mark.parametrize("arm", [LIGHT, HEAVY])
+@pytest.mark.parametrize("arm", [SHIPPED, LIGHT, HEAVY])
 def test_holding_torque_is_mujocos(mujoco, arm):
     model, data = in_mujoco(mujoco, arm, MOTORS)
     for pose in np.random.default_rng(1).uniform(-180, 180, (50, 2)):

@@ -12,16 +12,35 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from stereo_lab.arm.virtual import BENCH_ARM, END_STOPS_DEG
+from stereo_lab.arm.virtual import BENCH_ARM, END_STOPS_DEG, SWITCHES_DEG
 from stereo_lab.kinematics import TwoLinkArm
 
 SMALL_PULLEY, LARGE_PULLEY, TOOTH_MM = 20, 60, 2.0  # teeth of the pulleys on motor and joint; a GT2 belt
-SHOULDER_BELT_MM, ELBOW_BELT_MM = 200.0, 760.0  # closed belts that are sold
+SHOULDER_BELT_MM, ELBOW_BELT_MM = 200.0, 852.0  # closed belts that are sold
 MOTOR_MM, MOTOR_LONG_MM = 24.4, 52.0  # the motor's diameter, its length with encoder
-PEG_MM = 4.0  # an end stop is two screws of this diameter, shank on shank
-LINK_MM, WEB_MM = 34.0, 4.0  # how wide and how thick the links are
+PEG_MM = 5.0  # an end stop is two screws of this diameter, shank on shank
+LINK_MM = 34.0  # how wide the links are
+STEEL_MM = 28.0  # how far before and behind the elbow's motor the steel sits that balances the arm
 HAND_MM = 20.0  # the spot that holds the ball
+SPACERS_MM = (40.0, 30.0)  # where the four spacers of the back board sit, from the shoulder's axle
+SWITCH_MM = (20.0, 10.0)  # a micro switch from its side
 BLACK, BLUE, ORANGE, GREEN, RED, WOOD = "#000000", "#0072B2", "#E69F00", "#009E73", "#D55E00", "#F3E3C3"
+
+# From where to where a part reaches, mm towards the cameras from the face of the front board.
+BACK_BOARD, SPACERS, FRONT_BOARD = (-46.0, -38.0), (-38.0, -8.0), (-8.0, 0.0)
+SHOULDER_AXLE, SHOULDER_MOTOR = (-58.0, 66.0), (-4.0 - MOTOR_LONG_MM, -4.0)
+SHOULDER_PULLEYS, SHOULDER_BELT = (2.0, 18.0), (10.5, 16.5)
+SHOULDER_PEGS = (
+    (-11.0, 24.0),
+    (18.0, 53.0),
+)  # on the board, on link 1: screws of 35 mm with three washers and with one
+SHOULDER_SWITCH = (16.0, 22.4)  # on a block of 16 mm
+ELBOW_PULLEYS, ELBOW_BELT = (25.0, 41.0), (26.5, 32.5)
+LINK_1, LINK_2 = (44.0, 52.0), (64.0, 68.0)
+ELBOW_MOTOR = (48.0, 48.0 + MOTOR_LONG_MM)
+ELBOW_PEGS = ((44.0, 60.0), (53.0, 69.0))  # on link 1 from behind, on link 2 with a washer: screws of 16 mm
+ELBOW_SWITCH = (52.0, 58.4)
+ELBOW_AXLE = (25.0, 80.0)
 
 
 def pulley_radius_mm(teeth: int) -> float:
@@ -144,16 +163,32 @@ def bar(start: tuple[float, float], degrees: float, tail: float, length: float) 
     return [*arc(LINK_MM / 2, degrees - 90, degrees + 90, front), *arc(LINK_MM / 2, degrees + 90, degrees + 270, back)]
 
 
+def tail_mm(arm: TwoLinkArm) -> float:
+    """How far behind the shoulder the elbow's motor sits, for its belt to be tight."""
+    return axles_apart_mm(ELBOW_BELT_MM) - arm.l1_mm
+
+
+def switch_box(j: int, turned_deg: float = 0.0) -> tuple[tuple[float, float], float]:
+    """The middle of a joint's switch, mm from the axle, and which way its long side lies, degrees.
+
+    Its lever reaches under the way of the moving peg; with the peg where the switch closes, it is pressed.
+    """
+    stops, (_, high) = END_STOPS_DEG[j], SWITCH_MM
+    middle = SWITCHES_DEG[j] + turned_deg
+    return around(peg_circle_mm(stops) + PEG_MM / 2 + 3 + high / 2, middle), middle + 90
+
+
 def front(arm: TwoLinkArm, folder: Path) -> None:
-    """As the cameras see it: ranges, end stops, both belts."""
+    """As the cameras see it: ranges, end stops, both belts, all in one pose."""
     one, other, far = 35.0, -60.0, sum((arm.l1_mm, arm.l2_mm))
     (low1, high1), (low2, high2) = arm.limits_deg
-    tail, behind = axles_apart_mm(ELBOW_BELT_MM) - arm.l1_mm, axles_apart_mm(SHOULDER_BELT_MM)
+    tail, behind = tail_mm(arm), axles_apart_mm(SHOULDER_BELT_MM)
     elbow, motors = around(arm.l1_mm, one), ((0.0, -behind), around(-tail, one))
     hand = around(arm.l2_mm, one + other, elbow)
-    s = Svg((-far - 15, -far - 45), (far + 15, far + 30))
-    s.box(-60, -far - 20, 120, far + 75, WOOD)
-    s.box(-150, -far - 30, 300, 10, WOOD)
+    s = Svg((-far - 15, -far - 90), (far + 15, far + 30))
+    s.box(-30, -far - 65, 60, far, WOOD)
+    s.box(-65, -190, 130, 260, WOOD)
+    s.box(-150, -far - 75, 300, 10, WOOD)
     s.circle(0, 0, far, color="#999999", dash="6 4")
     s.line([(0, 0), (far - 40, 0)], "#999999", 0.4, "4 3")
     s.text(far - 42, -14, "0°", 11, "end", "#555555")
@@ -162,15 +197,20 @@ def front(arm: TwoLinkArm, folder: Path) -> None:
     for end in (low1, high1):
         s.line([around(far - 37, end), around(far - 17, end)], BLUE, 1.2)
         s.text(*around(far - 42, end), f"{end:g}°", 11, "start", BLUE)
-    s.area(bar((0, 0), one, tail, arm.l1_mm), "#DCEBF5")
+    s.area(bar((0, 0), one, tail + STEEL_MM, arm.l1_mm), "#DCEBF5")
     s.area(bar(elbow, one + other, 0, arm.l2_mm), "#DDF2EA")
     s.line(belt_line(motors[0], (0, 0)), BLACK, 1.2)
     s.line(belt_line(motors[1], elbow), BLACK, 1.2)
     for motor in motors:
         s.circle(*motor, MOTOR_MM / 2, "#cccccc")
-    for stops, center, link, turns in ((END_STOPS_DEG[0], (0.0, 0.0), 0.0, one), (END_STOPS_DEG[1], elbow, one, other)):
+    for apart in (-STEEL_MM, STEEL_MM):
+        s.circle(*around(-tail + apart, one), 9, "#777777")
+    for j, center, link, turns in ((0, (0.0, 0.0), 0.0, one), (1, elbow, one, other)):
+        stops = END_STOPS_DEG[j]
         for angle in (link + fixed_peg_deg(stops), link + turns):
             s.circle(*around(peg_circle_mm(stops), angle, center), PEG_MM / 2, RED, RED)
+        (x, y), along = switch_box(j, link)
+        s.area(rectangle((center[0] + x, center[1] + y), SWITCH_MM, along), "#ffffff", RED, 1.0)
     s.line(arc(arm.l1_mm * 0.42, one + low2, one + high2, elbow), GREEN, 1.2)
     s.text(elbow[0], elbow[1] + arm.l1_mm * 0.42 + 6, f"elbow {low2:g}° to {high2:g}°", 11, "middle", GREEN)
     s.line([elbow, around(arm.l2_mm * 0.9, one, elbow)], "#999999", 0.4, "4 3")
@@ -178,45 +218,68 @@ def front(arm: TwoLinkArm, folder: Path) -> None:
         s.circle(*place, 4, "#ffffff")
     s.circle(*hand, HAND_MM / 2, ORANGE)
     s.text(hand[0] - 4, hand[1] + 22, "hand", 11, "end")
-    s.text(-far, -far - 5, f"links {arm.l1_mm:g} and {arm.l2_mm:g} mm from axle to axle", 11)
-    s.text(-far, -far - 20, "red: the pegs that end the ranges", 11, color=RED)
-    s.text(-far, -far - 35, "black: belts; grey: motors", 11)
+    s.text(-far, -far - 20, f"links {arm.l1_mm:g} and {arm.l2_mm:g} mm from axle to axle", 11)
+    s.text(-far, -far - 35, "red dots: the pegs that end the ranges; red boxes: switches", 11, color=RED)
+    s.text(-far, -far - 50, "black: belts; light grey: motors; dark grey: steel", 11)
+    s.text(-far, -far - 84, f"the shoulder's axle is {far + 65:g} mm above the table", 11)
     s.write(
         folder / "front.svg", "The arm as the cameras see it, with the ranges of both joints; the page says the same"
     )
 
 
 def layers(arm: TwoLinkArm, folder: Path) -> None:
-    """Seen from above, the arm to the right: what sits before what. Depths are drawn twice as large as lengths."""
-    deep, tail, far = 2.0, axles_apart_mm(ELBOW_BELT_MM) - arm.l1_mm, arm.l1_mm + 60
-    parts = (  # words, thickness in mm, from and to along the arm, colour
-        ("back board, 4 mm, with a hole of 26 mm for the motor", 4, -70, 60, WOOD),
-        ("four spacers, 22 mm", 22, 52, 58, "#eeeeee"),
-        ("front board, 8 mm: two of 4 mm, glued", 8, -70, 60, WOOD),
-        ("belt of the shoulder, pulleys of 20 and 60 teeth: 12 mm", 12, -21, 21, "#dddddd"),
-        ("belt of the elbow, pulleys of 20 and 60 teeth: 12 mm", 12, -tail - 8, arm.l1_mm + 21, "#dddddd"),
-        ("link 1, 4 mm", WEB_MM, -tail - LINK_MM / 2, arm.l1_mm + LINK_MM / 2, "#DCEBF5"),
-        ("washers, 6 mm: room for the pegs of the elbow", 6, arm.l1_mm - 8, arm.l1_mm + 8, "#eeeeee"),
-        ("link 2, 4 mm", WEB_MM, arm.l1_mm - LINK_MM / 2, far, "#DDF2EA"),
+    """Seen from above, the arm to the right: what sits before what. Depths are drawn three times as large as lengths."""
+    deep, tail, far = 3.0, tail_mm(arm), arm.l1_mm + 60
+    large, small = pulley_radius_mm(LARGE_PULLEY) + 2, pulley_radius_mm(SMALL_PULLEY) + 2
+    boards, l1 = (-SPACERS_MM[0] - 10, SPACERS_MM[0] + 10), arm.l1_mm
+    shoulder, elbow = peg_circle_mm(END_STOPS_DEG[0]), peg_circle_mm(END_STOPS_DEG[1])
+    parts = (  # words, depths, from and to along the arm, colour
+        ("back board, 8 mm: two layers of plywood", BACK_BOARD, *boards, WOOD),
+        ("four spacers, 30 mm", SPACERS, SPACERS_MM[0] - 4, SPACERS_MM[0] + 4, "#eeeeee"),
+        ("front board, 8 mm: two layers of plywood", FRONT_BOARD, -65, 65, WOOD),
+        ("shoulder: 60 teeth on the axle, 20 on the motor", SHOULDER_PULLEYS, -large, large, "#bbbbbb"),
+        ("", SPACERS, -SPACERS_MM[0] - 4, -SPACERS_MM[0] + 4, "#eeeeee"),
+        ("elbow: 60 teeth on the axle, 20 on the motor", ELBOW_PULLEYS, l1 - large, l1 + large, "#bbbbbb"),
+        ("", ELBOW_PULLEYS, -tail - small, -tail + small, "#bbbbbb"),
+        ("its belt, 852 mm", ELBOW_BELT, -tail, l1, "#444444"),
+        ("link 1, 8 mm: two layers of plywood", LINK_1, -tail - STEEL_MM - 17, l1 + 17, "#DCEBF5"),
+        ("tube 10 x 1 mm round the axle, 11 mm long", (LINK_1[1] + 1, LINK_2[0]), l1 - 5, l1 + 5, "#eeeeee"),
+        ("link 2, 4 mm: one layer", LINK_2, l1 - 17, far, "#DDF2EA"),
+        ("hub of link 2", (LINK_2[1], ELBOW_AXLE[1]), l1 - 11, l1 + 11, "#bbbbbb"),
+        ("", (LINK_1[1], LINK_1[1] + 12), -11, 11, "#bbbbbb"),
+        ("", ELBOW_MOTOR, -tail - MOTOR_MM / 2, -tail + MOTOR_MM / 2, "#cccccc"),
+        ("", SHOULDER_MOTOR, -MOTOR_MM / 2, MOTOR_MM / 2, "#cccccc"),
+        ("", SHOULDER_AXLE, -4, 4, "#888888"),
+        ("", ELBOW_AXLE, l1 - 4, l1 + 4, "#888888"),
+        ("", SHOULDER_PEGS[0], -shoulder - PEG_MM / 2, -shoulder + PEG_MM / 2, RED),
+        ("pegs (red): screws M5", SHOULDER_PEGS[1], shoulder - PEG_MM / 2, shoulder + PEG_MM / 2, RED),
+        ("", ELBOW_PEGS[0], l1 - elbow - PEG_MM / 2, l1 - elbow + PEG_MM / 2, RED),
+        ("", ELBOW_PEGS[1], l1 + elbow - PEG_MM / 2, l1 + elbow + PEG_MM / 2, RED),
     )
-    s = Svg((-tail - 35, -75), (far + 215, 260))
-    tops = [deep * sum(part[1] for part in parts[: k + 1]) for k in range(len(parts))]
-    board, link = tops[2], tops[5]
-    s.box(-MOTOR_MM / 2, board - 8 * deep - MOTOR_LONG_MM * deep, MOTOR_MM, MOTOR_LONG_MM * deep, "#cccccc")
-    s.text(0, -40, "motor", 8, "middle")
-    s.text(0, -66, f"{MOTOR_LONG_MM:g} mm", 8, "middle")
-    for (words, thick, start, end, fill), top in zip(parts, tops, strict=True):
-        s.box(start, top - thick * deep, end - start, thick * deep, fill)
-        told = max(top - thick * deep / 2, 0)
-        s.line([(end, told), (far + 8, told)], "#777777", 0.3)
-        s.text(far + 10, told - 2.2, words, 6.5)
-    s.box(-tail - MOTOR_MM / 2, link, MOTOR_MM, MOTOR_LONG_MM * deep, "#cccccc")
-    s.text(-tail, link + 60, "motor", 8, "middle")
-    s.box(-4, 0, 8, link + 6, "#888888")
-    s.box(arm.l1_mm - 4, tops[3], 8, tops[7] - tops[3] + 8, "#888888")
-    s.text(-tail - 30, 246, "From above; the cameras are at the top. Depths are drawn twice as large as lengths.", 9)
-    s.text(30, -30, "The motor of the shoulder lies below its axle and is drawn through it.", 7)
-    s.text(30, -42, "Axles (dark): 8 mm, each in two bearings.", 7)
+    s = Svg((-tail - 85, -deep * 58 - 45), (far + 255, deep * 100 + 32))
+    for _, (low, high), start, end, fill in parts:
+        s.box(start, deep * low, end - start, deep * (high - low), fill)
+    for apart in (-STEEL_MM, STEEL_MM):
+        s.box(-tail + apart - 5, deep * 37.5, 10, deep * 30, "#777777")
+    told = sorted((part for part in parts if part[0]), key=lambda part: sum(part[1]))
+    for k, (words, (low, high), _, end, _) in enumerate(told):
+        height, level = deep * (low + high) / 2, deep * -40 + 30 * k
+        s.line([(end, height), (far + 20, height), (far + 55, level)], "#777777", 0.3)
+        s.text(far + 58, level - 2.5, words, 8)
+    for depth in (-46, -8, 0, 44, 52, 64, 68, 100):
+        s.line([(-tail - 62, deep * depth), (-tail - 56, deep * depth)], wide=0.4)
+        s.text(-tail - 65, deep * depth - 3, f"{depth}", 8, "end")
+    s.text(-tail, deep * 74, "motor of the elbow", 8, "middle")
+    s.text(-tail + STEEL_MM + 8, deep * 60, "steel", 8)
+    s.text(18, deep * -52, "motor of the shoulder, below its axle", 8)
+    s.text(14, deep * 60, "axle: a tube, the wires go through it; hub of link 1", 8)
+    s.text(
+        -tail - 80,
+        deep * 100 + 18,
+        "From above; the cameras are at the top. Depths are drawn three times as large as lengths.",
+        10,
+    )
+    s.text(-tail - 80, deep * -58 - 35, "Left: mm from the face of the front board.", 9)
     s.write(
         folder / "layers.svg",
         "The arm from above: boards, belts and links one before the other; the page says the same",
@@ -224,49 +287,83 @@ def layers(arm: TwoLinkArm, folder: Path) -> None:
 
 
 def template(arm: TwoLinkArm, folder: Path) -> None:
-    """Both links and the holes of the front board, as large as they are: print at 100 percent, glue on, drill."""
-    tail, behind = axles_apart_mm(ELBOW_BELT_MM) - arm.l1_mm, axles_apart_mm(SHOULDER_BELT_MM)
-    s = Svg((-tail - 25, -205), (arm.l1_mm + 45, 35))
-    s.area(bar((0, 0), 0, tail, arm.l1_mm), "none")
-    s.text(arm.l1_mm / 2, 6, "link 1", 8, "middle")
-    _hole(s, 0, 0, 8, "shoulder: 8 mm; the axle is clamped by a hub")
-    _hole(s, arm.l1_mm, 0, 16, "elbow: 16 mm; two flanged bearings F688", "end")
-    _motor(s, -tail, 0)
-    _peg(s, peg_circle_mm(END_STOPS_DEG[0]), 0)
-    _peg(s, *around(peg_circle_mm(END_STOPS_DEG[1]), fixed_peg_deg(END_STOPS_DEG[1]), (arm.l1_mm, 0)))
-    s.area([(x, y - 65) for x, y in bar((0, 0), 0, 0, arm.l2_mm)], "none")
-    s.text(arm.l2_mm / 2, -59, "link 2", 8, "middle")
-    _hole(s, 0, -65, 8, "elbow: 8 mm; the axle is clamped by a hub")
-    _hole(s, arm.l2_mm, -65, 3, "hand: 3 mm", "end")
-    _peg(s, peg_circle_mm(END_STOPS_DEG[1]), -65)
-    s.text(0, -108, "front board, turned: down is to the right", 7)
-    _hole(s, 60, -140, 22, "shoulder: 22 mm; a bearing 608 in each board", "end")
-    _motor(s, 60 + behind, -140)
-    s.text(78 + behind, -142, "motor of the shoulder", 5)
-    _peg(s, *around(peg_circle_mm(END_STOPS_DEG[0]), fixed_peg_deg(END_STOPS_DEG[0]) + 90, (60, -140)))
-    s.line([(0, -190), (100, -190)])
-    for x in range(0, 101, 10):
-        s.line([(x, -190), (x, -183 if x % 50 == 0 else -187)])
-    s.text(104, -191, "100 mm: measure this line after printing", 6)
-    s.text(arm.l1_mm + 40, -200, "red: pegs, 4 mm", 6, "end", RED)
-    s.write(folder / "template.svg", "Templates of both links and of the holes in the front board, at full size")
+    """Both links and the holes of the boards, as large as they are; each hole's place in mm stands beside it."""
+    tail, behind, l1 = tail_mm(arm), axles_apart_mm(SHOULDER_BELT_MM), arm.l1_mm
+    s = Svg((-tail - STEEL_MM - 25, -330), (l1 + 45, 50))
+    s.area(bar((0, 0), 0, tail + STEEL_MM, l1), "none")
+    s.text(l1 / 2, 22, "link 1, twice: glue both layers. Below each hole: mm from the shoulder's axle", 6, "middle")
+    _hole(s, 0, 0, 8, "0: axle 8")
+    _hole(s, l1, 0, 16, f"{l1:g}: 16, bearings", "end")
+    _motor(s, -tail, 0, f"−{tail:.1f}: motor; front layer {MOTOR_MM + 1.6:g}")
+    for apart in (-STEEL_MM, STEEL_MM):
+        _hole(s, -tail + apart, 0, 10, f"−{tail - apart:.0f}: 10")
+    radius1, radius2 = (peg_circle_mm(stops) for stops in END_STOPS_DEG)
+    _peg(s, radius1, 0, f"{radius1:.1f}: peg")
+    _peg(s, *around(radius2, fixed_peg_deg(END_STOPS_DEG[1]), (l1, 0)))
+    _switch(s, 1, (l1, 0))
+    s.area([(x, y - 70) for x, y in bar((0, 0), 0, 0, arm.l2_mm)], "none")
+    s.text(arm.l2_mm / 2, -48, "link 2, once: mm from the elbow's axle", 6, "middle")
+    _hole(s, 0, -70, 8, "0: axle 8", "end")
+    _hole(s, arm.l2_mm, -70, 3, f"{arm.l2_mm:g}: hand 3", "end")
+    _peg(s, radius2, -70, f"{radius2:.1f}: peg")
+    x, y = -tail + 110, -185  # the front board lies on its side: up is to the left
+    s.box(x - 70, y - 65, 260, 130, "none")
+    s.text(x + 188, y - 60, "front board, twice: glue both layers; up is to the left", 6, "end")
+    s.text(x + 188, y - 52, "the post is screwed behind this end", 6, "end")
+    _hole(s, x, y, 22, "0: 22, bearing 608")
+    _motor(s, x + behind, y, f"−{behind:.1f}: motor; back layer {MOTOR_MM + 1.6:g}")
+    _peg(s, *around(radius1, fixed_peg_deg(END_STOPS_DEG[0]) + 90, (x, y)))
+    _switch(s, 0, (x, y), 90)
+    for across in (-SPACERS_MM[0], SPACERS_MM[0]):
+        for along in (-SPACERS_MM[1], SPACERS_MM[1]):
+            _hole(s, x + along, y + across, 4)
+    s.box(x + 215, y - 50, 76, 100, "none")
+    s.text(x + 253, y + 54, "back board, twice", 6, "middle")
+    _hole(s, x + 253, y, 22, "bearing 608")
+    for across in (-SPACERS_MM[0], SPACERS_MM[0]):
+        for along in (-SPACERS_MM[1], SPACERS_MM[1]):
+            _hole(s, x + 253 + along, y + across, 4)
+    s.text(x + 253, y - 62, f"four holes 4: {SPACERS_MM[0]:g} and {SPACERS_MM[1]:g} from the axle", 6, "middle")
+    s.line([(-100, -310), (0, -310)])
+    for at in range(0, 101, 10):
+        s.line([(at - 100, -310), (at - 100, -303 if at % 50 == 0 else -307)])
+    s.text(6, -311, "100 mm: measure this line after printing", 6)
+    s.text(l1 + 40, -320, f"red: pegs, {PEG_MM:g} mm, and switches (set them with the pegs in place)", 6, "end", RED)
+    s.write(folder / "template.svg", "Templates of the links and of the holes in both boards, at full size")
 
 
-def _hole(s, x, y, diameter, words, anchor="start"):
+def rectangle(middle: tuple[float, float], size: tuple[float, float], along_deg: float) -> list[tuple[float, float]]:
+    """The corners of a rectangle whose long side lies at an angle."""
+    turn, corners = complex(*around(1.0, along_deg)), []
+    for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
+        corner = complex(x * size[0] / 2, y * size[1] / 2) * turn
+        corners.append((middle[0] + corner.real, middle[1] + corner.imag))
+    return corners
+
+
+def _hole(s, x, y, diameter, words="", anchor="start"):
     s.circle(x, y, diameter / 2)
     s.line([(x - 3, y), (x + 3, y)], wide=0.2)
     s.line([(x, y - 3), (x, y + 3)], wide=0.2)
     s.text(x + (-3 if anchor == "start" else 3), y - LINK_MM / 2 - 6, words, 5, anchor)
 
 
-def _motor(s, x, y):
+def _motor(s, x, y, words):
     """The motor's face: slots, so that it can be moved until the belt is tight."""
     for side, radius in ((0, 3.6), (8.5, 1.6), (-8.5, 1.6)):
         s.area([*arc(radius, -90, 90, (x + 2, y + side)), *arc(radius, 90, 270, (x - 2, y + side))], "none")
+    s.circle(x, y, MOTOR_MM / 2 + 0.8, dash="2 2")
+    s.text(x - 3, y - LINK_MM / 2 - 12, words, 5)
 
 
-def _peg(s, x, y):
+def _peg(s, x, y, words=""):
     s.circle(x, y, PEG_MM / 2, color=RED)
+    s.text(x, y - LINK_MM / 2 - 6, words, 5, color=RED)
+
+
+def _switch(s, j, axle, turned_deg=0.0):
+    (x, y), along = switch_box(j, turned_deg)
+    s.area(rectangle((axle[0] + x, axle[1] + y), SWITCH_MM, along), "none", RED)
 
 
 def main(folder: Path) -> None:

@@ -25,26 +25,27 @@ KGF_CM = 0.0980665  # N·m; data sheets of motors like this unit
 class ArmWeight:
     """The masses of a two-link arm, g, and where they sit, mm from the joint that carries them.
 
-    The defaults are a light build: links of thin plywood, the elbow's motor on a tail behind the shoulder, where it is a
-    counterweight, and a belt from there to the elbow.
+    The defaults are the arm of the building guide: links of plywood, the elbow's motor and 100 g of steel on a tail behind
+    the shoulder, where they balance what lies before it, and a belt from there to the elbow.
 
     Attributes
     ----------
     link1_g, link2_g : float, the links with all that is spread over them
     center1_mm, center2_mm : float or None, where their centres of mass lie; None: in the middle
-    motor_g, motor_at_mm : float, the elbow's motor and where it sits along the first link; below 0 is behind the shoulder
+    motor_g, motor_at_mm : float, the elbow's motor with what balances the arm beside it, and where they sit along the first
+        link; below 0 is behind the shoulder
     elbow_g : float, what sits at the elbow: axle, bearings, hub, pulley
     hand_g : float, the hand at the end of the second link
     load_g : float, what it carries
     """
 
-    link1_g: float = 30.0
-    link2_g: float = 15.0
-    center1_mm: float | None = None
+    link1_g: float = 85.0
+    link2_g: float = 22.0
+    center1_mm: float | None = 43.0
     center2_mm: float | None = None
-    motor_g: float = 96.0
-    motor_at_mm: float = -90.0
-    elbow_g: float = 50.0
+    motor_g: float = 203.0
+    motor_at_mm: float = -136.0
+    elbow_g: float = 75.0
     hand_g: float = 8.0
     load_g: float = 12.0
 
@@ -102,14 +103,15 @@ def worst_torque_nm(arm: TwoLinkArm) -> tuple[float, float]:
 def inertia_parts_kg_m2(arm: TwoLinkArm) -> tuple[float, float, float]:
     """Of the first link with all that the elbow carries as a point, of what turns round the elbow, and what couples them.
 
-    The links count as thin rods, all else as points. The last is to be multiplied by cos θ2.
+    The links count as thin rods up to the next joint or the hand, round their centres of mass; all else as points. The last
+    is to be multiplied by cos θ2.
     """
     w, l1, l2 = arm.weight, arm.l1_mm, arm.l2_mm
     center1, center2 = _centers_mm(arm)
     end = w.hand_g + w.load_g
-    first = w.link1_g * (center1**2 + l1**2 / 12) + w.motor_g * w.motor_at_mm**2
+    first = w.link1_g * (center1**2 + (l1 - center1) ** 2 / 3) + w.motor_g * w.motor_at_mm**2
     first += (w.elbow_g + w.link2_g + end) * l1**2
-    second = w.link2_g * (center2**2 + l2**2 / 12) + end * l2**2
+    second = w.link2_g * (center2**2 + (l2 - center2) ** 2 / 3) + end * l2**2
     return KG_M2 * first, KG_M2 * second, KG_M2 * (w.link2_g * center2 + end * l2) * l1
 
 

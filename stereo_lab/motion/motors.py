@@ -1,8 +1,10 @@
 """What a cheap gear motor does: friction, inertia, load, backlash, an encoder that counts.
 
 Degrees at the joint, degrees per second, volts, N·m; plus is counter-clockwise. The virtual arm and lesson 06
-turn these motors; their numbers are those of a FIT0521 (6 V, 210 turns a minute, 10 kgf·cm and 3.2 A when it is held,
-1364.8 edges a turn) behind a belt of 3:1.
+turn these motors; their numbers are those of a FIT0521 (6 V, 210 turns a minute, 3.2 A when it is held, 1364.8 edges a
+turn) behind a belt of 3:1. A motor makes as much torque for an ampere as volts for a turning speed, so κ·R = 1/k, k in rad/s:
+8 kgf·cm of the motor when it is held, less than the 10 of its maker. What it may hold for long is what the maker's 2.0 W at
+170 turns a minute make, 1.15 kgf·cm and not the 2 that stand beside them, less a twentieth that the belt takes.
 """
 
 from __future__ import annotations
@@ -44,11 +46,11 @@ class Motor:
     backlash_deg: float = 1.0
     supply_v: float = 6.0
     counts_per_turn: float = 4094.4
-    torque_per_volt: float = 0.46
+    torque_per_volt: float = 0.4
     gear_loss: float = 0.1
     resistance_ohm: float = 1.9
     current_limit_a: float = math.inf
-    rated_nm: float = 0.55
+    rated_nm: float = 0.32
 
     @classmethod
     def random(cls, rng: np.random.Generator) -> Motor:
