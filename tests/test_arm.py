@@ -13,6 +13,7 @@ from conftest import ROOT
 from stereo_lab.arm import connect, line, ports
 from stereo_lab.arm import protocol as wire
 from stereo_lab.arm.virtual.joint import Joint
+from stereo_lab.cli import main
 from stereo_lab.errors import ArmError, StereoLabError, UnreachableTargetError
 from stereo_lab.kinematics import JointAngles
 from stereo_lab.motion import Profile
@@ -674,12 +675,21 @@ def test_a_board_on_usb_gets_time_to_start(monkeypatch):
     assert 2.0 < port.time < 3.0
 
 
+def test_a_move_from_the_terminal_homes_an_arm_that_is_lost_but_not_for_a_goal_out_of_reach(capsys):
+    """Each command opens the port anew, which restarts an Arduino: its angles would count from wherever it stands."""
+    assert main(["arm", "virtual://arm", "move", "30", "0"]) == 0
+    told = capsys.readouterr().out
+    assert told.index("homes both joints") < told.index("reached 30.0")
+    assert main(["arm", "virtual://arm", "move", "300", "0"]) == 2
+    assert "homes" not in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
         (["list"], 0, "virtual://arm"), (["virtual://arm"], 0, "off, joints at 0.00, 0.00"),
         (["torque"], 0, "2.8 times"), (["torque", "nowhere"], 2, "no folder"), (["virtual://arm", "fly"], 2, "no action"),
-        (["virtual://arm", "home"], 0, "homed"), (["virtual://arm", "move", "30", "-45.5"], 0, "reached 29.98, -45."),
+        (["virtual://arm", "home"], 0, "homed"), (["virtual://arm", "move", "30", "-45.5"], 0, "reached 30.0"),
         (["virtual://arm", "calibrate"], 0, "joint 2 clockwise"),
         (["virtual://arm", "monitor", "--seconds", "0.1"], 0, "0.0 s  off"),
         (["virtual://arm", "move", "30"], 2, "two angles"), (["virtual://arm", "move", "30", "x"], 2, "move, joint 2"),
@@ -689,8 +699,6 @@ def test_a_board_on_usb_gets_time_to_start(monkeypatch):
     ],
 )  # fmt: skip
 def test_arm_on_the_command_line(words, code, said, capsys):
-    from stereo_lab.cli import main
-
     assert main(["arm", *words]) == code
     out = capsys.readouterr()
     assert said in (out.out if code == 0 else out.err) and "Traceback" not in out.err
@@ -698,8 +706,6 @@ def test_arm_on_the_command_line(words, code, said, capsys):
 
 def test_arm_writes_its_numbers_as_json(capsys):
     import json
-
-    from stereo_lab.cli import main
 
     assert main(["arm", "virtual://arm", "move", "30", "45", "--json", "-"]) == 0
     assert json.loads(capsys.readouterr().out)["angles_deg"] == pytest.approx([30, 45], abs=0.2)
@@ -712,7 +718,6 @@ def test_monitor_keeps_what_it_saw_when_it_is_stopped(tmp_path, monkeypatch, cap
 
     from stereo_lab.arm import Arm
     from stereo_lab.cli import arm as command
-    from stereo_lab.cli import main
 
     waits = iter(range(looks))
 
@@ -731,8 +736,6 @@ def test_monitor_keeps_what_it_saw_when_it_is_stopped(tmp_path, monkeypatch, cap
 def test_monitor_keeps_what_it_saw_of_an_arm_that_is_lost(tmp_path, capsys):
     import json
 
-    from stereo_lab.cli import main
-
     path = tmp_path / "seen.json"
     assert main(["arm", "virtual://arm?unplugged=0.9", "monitor", "--json", str(path)]) == 2
     assert "is gone" in capsys.readouterr().err
@@ -741,8 +744,6 @@ def test_monitor_keeps_what_it_saw_of_an_arm_that_is_lost(tmp_path, capsys):
 
 @pytest.mark.parametrize("seconds", ["0", "-1", "nan"])
 def test_monitor_refuses_no_time(capsys, seconds):
-    from stereo_lab.cli import main
-
     assert main(["arm", "virtual://arm", "monitor", "--seconds", seconds]) == 2
     assert "above zero" in capsys.readouterr().err
 

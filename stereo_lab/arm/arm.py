@@ -106,13 +106,38 @@ class Arm:
         ArmError
             If the arm stops on the way, or does not answer.
         """
-        goals = self._goals(angles)
+        goals = self.goals_deg(angles)
         self._switch_on()
         if one_side:
             beyond = [min(g + ONE_SIDE_DEG, high) for g, (_, high) in zip(goals, self.limits_deg, strict=True)]
             self.run(f"MA {beyond[0]:.3f} {beyond[1]:.3f}")
             return self.run(f"MA {goals[0]:.3f} {goals[1]:.3f} {GENTLY_PERCENT}")
         return self.run(f"MA {goals[0]:.3f} {goals[1]:.3f}")
+
+    def goals_deg(self, angles: JointAngles) -> list[float]:
+        """The two numbers that a move to these angles sends; refuses what is beyond a limit, and sends nothing.
+
+        Raises
+        ------
+        UnreachableTargetError
+            Beyond a limit, or not a number.
+        """
+        if not isinstance(angles, JointAngles):
+            raise StereoLabError(f"Expected JointAngles(theta1_deg, theta2_deg), got {angles!r}.")
+        goals = []
+        for joint, (angle, (low, high)) in enumerate(
+            zip((angles.theta1_deg, angles.theta2_deg), self.limits_deg, strict=True), start=1
+        ):
+            try:
+                goal = float(angle)
+            except (TypeError, ValueError):
+                raise StereoLabError(f"Joint {joint}: expected a number of degrees, got {angle!r}.") from None
+            if not low - 1e-6 <= goal <= high + 1e-6:  # refuses NaN as well
+                raise UnreachableTargetError(
+                    f"Joint {joint} turns from {low:g} to {high:g} degrees; {goal:g} was asked for. Nothing was sent."
+                )
+            goals.append(min(max(goal, low), high))
+        return goals
 
     def angles(self) -> JointAngles:
         """Where the joints are, by their encoders.
@@ -297,24 +322,6 @@ class Arm:
         """
         self._number = self._number % wire.NUMBER_MAX + 1
         return self.line.exchange(text, self._number)
-
-    def _goals(self, angles):
-        if not isinstance(angles, JointAngles):
-            raise StereoLabError(f"Expected JointAngles(theta1_deg, theta2_deg), got {angles!r}.")
-        goals = []
-        for joint, (angle, (low, high)) in enumerate(
-            zip((angles.theta1_deg, angles.theta2_deg), self.limits_deg, strict=True), start=1
-        ):
-            try:
-                goal = float(angle)
-            except (TypeError, ValueError):
-                raise StereoLabError(f"Joint {joint}: expected a number of degrees, got {angle!r}.") from None
-            if not low - 1e-6 <= goal <= high + 1e-6:  # refuses NaN as well
-                raise UnreachableTargetError(
-                    f"Joint {joint} turns from {low:g} to {high:g} degrees; {goal:g} was asked for. Nothing was sent."
-                )
-            goals.append(min(max(goal, low), high))
-        return goals
 
     def _switch_on(self):
         stops, status = self._stops.count, self.status()

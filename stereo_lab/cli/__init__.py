@@ -133,7 +133,7 @@ def _parser():
     arm = add(
         "arm",
         run_arm,
-        "Talk to an arm: list the ports, or name one and say what to do. Only home, move, calibrate and register move it.",
+        "Talk to an arm: list the ports, or name one and say what to do. Only home, move, calibrate and register move it; the last three home it first where it does not know where it stands.",
         "arm virtual://arm move 30 45",
     )
     arm.add_argument(

@@ -125,18 +125,24 @@ def _arm_move(arm, options):
     if len(options.angles) != 2:
         raise StereoLabError(f"move: expected two angles, shoulder and elbow; got {len(options.angles)}.")
     goal = JointAngles(*(finite_number(word, f"move, joint {k}") for k, word in enumerate(options.angles, 1)))
-    if not arm.homed:
-        print("stereo-lab: not homed; the angles count from where the joints stand now.", file=sys.stderr)
+    arm.goals_deg(goal)  # refuses what is out of range before anything moves
+    _home_if_lost(arm)
     reached = arm.move_to(goal)
     print(f"reached {_degrees((reached.theta1_deg, reached.theta2_deg))}")
     return {"angles_deg": [reached.theta1_deg, reached.theta2_deg]}
 
 
+def _home_if_lost(arm):
+    """Opening its port restarts an Arduino, and then the angles count from wherever the arm happens to stand."""
+    if not arm.homed:
+        print("The arm moves: it does not know where it stands, so it homes both joints …", flush=True)
+        arm.home()
+
+
 def _arm_calibrate(arm, options):
     facts = {}
-    print("The arm moves: it is homed and weighed, then each motor is pushed to and fro …", flush=True)
-    if not arm.homed:
-        arm.home()
+    _home_if_lost(arm)
+    print("The arm moves: it is weighed, then each motor is pushed to and fro …", flush=True)
     for joint, fit in enumerate(arm.weigh(), start=1):
         print(f"joint {joint} is held by {fit.g1_v:.2f}·cos θ1 + {fit.g2_v:.2f}·cos(θ1 + θ2) V")
         facts[f"joint {joint} weight"] = {"g1_v": fit.g1_v, "g2_v": fit.g2_v}
@@ -168,9 +174,7 @@ def _arm_register(arm, options):
     localizer = Localizer.fit(recording)
     with _cameras(arm, recording, options) as cameras:
         arm.set_limits(recording.arm.limits_deg)
-        if not arm.homed:
-            print("The arm moves: homing both joints …", flush=True)
-            arm.home()
+        _home_if_lost(arm)
         print("The arm moves: with the ball in its hand to a dozen places …", flush=True)
         found = register(arm, recording.arm, recording.arm_depth_mm, lambda: localizer.locate(*cameras.read()))
     return _tell_registration(found, recording, options.keep)
