@@ -31,6 +31,7 @@ PANELS = (
     "widgets.ball_against_disparity(120.0, 690.0, 40.0)",
     "widgets.arm_reaches(recording.arm)",
     "widgets.stopping(Motor())",
+    "widgets.registering(recording.arm)",
     "widgets.depth_samples([160.0, 103.0, 73.0, 60.0], [520.0, 813.0, 1104.0, 1397.0])",
 )
 FLAGS = (

@@ -27,6 +27,7 @@ def panels(bench, bench_calibration):
         widgets.depth_samples(DISPARITY, DEPTH),
         widgets.arm_reaches(bench.arm),
         widgets.stopping(Motor()),
+        widgets.registering(bench.arm),
     ]
     assert np.array_equal(left, before)
     return made
@@ -117,3 +118,14 @@ def test_a_wider_zone_stops_nearer_to_the_goal():
         panel.control("zone_deg").value = zone
         stops.append(abs(float(panel.text.value.split()[1])))
     assert stops[0] > stops[1] > stops[2]
+
+
+def test_a_registration_finds_what_is_set_and_worse_cameras_find_it_worse(bench):
+    panel = widgets.registering(bench.arm)
+    panel.control("zero1_deg").value, panel.control("link2_mm").value, panel.control("off_mm").value = 3, -4, 0
+    assert "zero 1 +3.0 ± 0.0 degrees, link 2 196.0 ±" in panel.text.value
+    off = []
+    for error in (1, 5):
+        panel.control("off_mm").value = error
+        off.append(float(panel.text.value.split("told to be, ")[1].split()[0]))
+    assert 0 < off[0] < 2 < off[1]

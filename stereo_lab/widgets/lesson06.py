@@ -5,8 +5,10 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from stereo_lab.arm.registering import hand_poses
+from stereo_lab.kinematics import LEAST_POSES, JointAngles, Registration, TwoLinkArm
 from stereo_lab.motion import Motor, SlowDownRule, Tuning, calibrate_motor, drive, push_of
-from stereo_lab.widgets.panel import BLACK, BLUE, PANEL_WIDTH, Panel, slider
+from stereo_lab.widgets.panel import BLACK, BLUE, GREY, PANEL_WIDTH, VERMILION, Panel, slider
 
 
 def stopping(motor: Motor, goal_deg: float = 90.0) -> Panel:
@@ -58,6 +60,58 @@ def stopping(motor: Motor, goal_deg: float = 90.0) -> Panel:
         {
             "zone_deg": slider("slow zone (degrees)", 5, 0, 40),
             "cruise_deg_s": slider("speed (degrees/s)", 180, 30, 400, 10),
+        },
+        draw,
+    )
+
+
+def registering(arm: TwoLinkArm, depth_mm: float = 1000.0) -> Panel:
+    """An arm that is not as told, the places at which cameras see its hand, and what a fit finds of it.
+
+    Parameters
+    ----------
+    arm : TwoLinkArm, as it is told
+    depth_mm : float, the depth of its plane
+    """
+    told = Registration.told(arm, depth_mm)
+    poses = np.array([[pose.theta1_deg, pose.theta2_deg] for pose in hand_poses(arm)])
+    noise = np.random.default_rng(0).normal(size=(len(poses), 3))
+    longer, scale = 5, 190 / arm.reach_mm[1]
+
+    def places(way, angles):
+        return np.array([way.place(JointAngles(*pose)) for pose in angles])
+
+    def to_px(place):
+        return round(PANEL_WIDTH / 2 + place[0] * scale), round(210 - place[1] * scale)
+
+    def draw(zero1_deg, link2_mm, off_mm, count):
+        angles = poses[:count]
+        true = told.moved((0, 0, 0, 0, 0, zero1_deg, 0, 0, link2_mm))
+        truth, before = places(true, angles), places(told, angles)
+        seen = truth + off_mm * noise[:count]
+        found = Registration.fit(arm, depth_mm, angles, seen, max(off_mm, 0.1))
+        view = np.full((420, PANEL_WIDTH, 3), 255, np.uint8)
+        cv2.circle(view, to_px((0, 0)), round(arm.reach_mm[1] * scale), GREY, 2, cv2.LINE_AA)
+        cv2.circle(view, to_px((0, 0)), 8, BLACK, -1, cv2.LINE_AA)
+        for start, end in zip(before, seen, strict=True):
+            cv2.circle(view, to_px(start), 7, BLUE, 2, cv2.LINE_AA)
+            cv2.arrowedLine(view, to_px(start), to_px(start + longer * (end - start)), VERMILION, 2, cv2.LINE_AA)
+        words = ("circles: where the hand", "is told to be", "arrows: to where it is seen,", f"{longer} times too long")
+        for k, line in enumerate(words):
+            cv2.putText(view, line, (16, 30 + 24 * k), cv2.FONT_HERSHEY_SIMPLEX, 0.5, BLACK, 1, cv2.LINE_AA)
+        gaps = [np.linalg.norm(places(way, angles) - truth, axis=1).mean() for way in (told, found)]
+        return view, (
+            f"the hand is {gaps[0]:.1f} mm beside where it is told to be, {gaps[1]:.1f} mm beside where it is found to be; "
+            f"zero 1 {found.values[5]:+.1f} ± {found.sigmas[5]:.1f} degrees, link 2 {found.values[8]:.1f} ± {found.sigmas[8]:.1f} mm"
+        )
+
+    return Panel(
+        "registering an arm",
+        {
+            "zero1_deg": slider("joint 1 off by (degrees)", 2, -5, 5),
+            "link2_mm": slider("link 2 longer by (mm)", 2, -10, 10),
+            "off_mm": slider("cameras err by (mm)", 1, 0, 10),
+            "count": slider("places", len(poses), LEAST_POSES, len(poses)),
         },
         draw,
     )
