@@ -9,7 +9,8 @@ Ctrl-C ends it. One host at a time is served; a host that leaves is the same as 
 In a program of your own make a ``Controller``, hand it bytes with ``receive``, call ``tick`` every 2 ms and fetch what
 it says with ``sent``. The kit's tests run it beside the virtual arm and the firmware. The first one, written from an
 earlier state of the page, failed three of their cases: when a joint counts as busy after ``ST``, and twice how a runaway
-is told. The page says it now.
+is told. Later, both were shown the same encoder counts tick by tick: when the six ticks of a homing begin, how it backs
+off again, and what holds a joint after a push, were told too loosely. The page says all of it now.
 """
 
 import argparse
@@ -108,7 +109,7 @@ class _Joint:
         self.still = self.rest = 6  # ticks without an edge; those that count for "at rest", as after reset
         self.last_edge = 0.0  # which way it went
         self.closed = self.closed_count = 0  # ticks since the switch closed, and where that was
-        self.speed = self.volts = self.held = self.gravity = self.load = self.kick = 0.0
+        self.speed = self.volts = self.gravity = self.load = self.kick = 0.0
         self.p = self.s = self.g = self.cruise = self.acc = 0.0  # the plan
         self.first_volts = self.right_turn = self.wrong_turn = 0.0
         self.began_at_rest, self.stall_ticks, self.roll_ticks = False, 0, 0
@@ -161,9 +162,13 @@ class _Joint:
         """Add to L, the load that nobody told of, within its bounds."""
         self.load = _within(self.load + volts, MOST_LOAD)
 
-    def hold_anew(self):
+    @property
+    def held(self):
+        return self.gravity + self.load
+
+    def hold_anew(self, gravity_before):
         """Hold with as much as before, where the joint stands now."""
-        self.load = _within(self.held - self.gravity, MOST_LOAD)
+        self.load = _within(gravity_before + self.load - self.gravity, MOST_LOAD)
         if self.kind == "held":
             self._begin_plan()
 
@@ -189,8 +194,8 @@ class _Joint:
 
     def push(self, duty, milliseconds):
         self._begin("push")
-        self.push_volts = duty * self.par["supply"] / 255
-        self.push_held = self.gravity + self.load
+        self.volts = self.push_volts = duty * self.par["supply"] / 255  # at once
+        self.push_held = self.held
         self.push_ticks = math.floor(milliseconds / 2 + 0.5)  # halves go up, and so 1 ms is a tick
 
     def find_home(self):
@@ -206,6 +211,7 @@ class _Joint:
         """End what the joint does, as ``ST`` asks: it rolls on to rest and is held there."""
         if self.kind != "idle":
             self.kind, self.roll_ticks = "roll", 0
+            self.volts = self.held
 
     def stop(self):
         self.kind, self.volts = "idle", 0.0
@@ -229,24 +235,22 @@ class _Joint:
         self.volts = _within(self.volts, self.par["supply"])
         return "stall" if self._stalled() else event
 
-    def _set_held(self):
-        self.held = self.volts = self.gravity + self.load
-
     def _end(self, event, mode):
-        self.kind = "idle"
-        if mode == "pid":
-            self._begin_plan()
-            self.kind = "held"
+        self.kind = "roll" if mode == "pid" else "idle"  # not busy any more, and held from the next tick on
         return event
 
     def _step_idle(self, mode):
-        event = "done" if self.kind == "pushed" else None
-        self.volts = 0.0
-        if self.kind != "idle" and mode == "pid":
-            self._set_held()
         self.roll_ticks += 1
         late = self.roll_ticks * T > 0.5  # else a load could carry the joint on for ever
-        return self._end(event, mode) if late or self.rest >= 6 else None
+        if not late and self.rest < 6:
+            return None
+        if self.kind == "pushed":
+            return self._end("done", mode)
+        if mode == "pid":
+            self._begin_plan()
+            self.kind = "held"
+            self.volts = self.held
+        return None
 
     _step_roll = _step_pushed = _step_idle
 
@@ -270,14 +274,16 @@ class _Joint:
     def _step_push(self, mode):
         above = self.push_volts > self.push_held and self.angle() > self.par["hi"]
         below = self.push_volts < self.push_held and self.angle() < self.par["lo"]
+        self.push_ticks -= 1
         if self.push_ticks and not above and not below:
-            self.push_ticks -= 1
-            self.volts = self.push_volts
             return None
-        event = "limit" if self.push_ticks else None
+        event = "limit" if above or below else None
         self.kind = "roll" if event else "pushed"
         self.rest = self.roll_ticks = 0  # the six ticks count from the end of its time
-        return self._step_idle(mode) or event
+        self.volts = 0.0
+        if mode == "pid":
+            self.volts = self.held
+        return event
 
     def _begin_leg(self, leg, way, speed):
         self.leg, self.g, self.cruise = leg, self.angle() + way, speed
@@ -290,17 +296,18 @@ class _Joint:
         elif closed and self.leg == "slow":
             self.leg, self.zero = "found", self.closed_count - self.par["home"] / self.edge()
             self.p, self.s, self.g = self.par["home"], 0.0, self.par["home"]  # so that rolling far is a stall
+            self.volts = self.held
+            self.rest = 0  # the six ticks count from here
         if self.leg == "found":
-            self._set_held()
             return self._end("home", mode) if self.rest >= 6 else None
         if not self._set_volts(self._advance()):
             return None
         if self.leg != "back" or (closed and self.backs == 6):
             return "stall"
+        self._begin_plan()
         if closed:
             self._begin_leg("back", 8, 60)
         else:
-            self._begin_plan()
             self._begin_leg("slow", -(16 + 8 * self.backs), 10)
         return None
 
@@ -333,16 +340,16 @@ class _Joint:
         ended = self.p == self.g and self.s == 0
         if ended and not self.beside():
             self.kick = 0.0
-            self._set_held()
+            self.volts = self.held
             return self.rest >= 6
         if self.rest >= 6 and (ended or e * self.s > 0):
             self.kick += 0.02
-            self._set_held()
+            self.volts = self.held
             self.volts += _sign(e) * max(self._of_way("st", e) + self.kick, kp * abs(e))
             return False
         self.add_load(ki * e * T + _sign(e) * self.kick / 2)
         self.kick = 0.0
-        self._set_held()
+        self.volts = self.held
         self.volts += kp * e
         if ended and e * self.last_edge > 0:
             self.volts += _sign(e) * self._of_way("db", e)
@@ -469,9 +476,10 @@ class Controller:
 
     def _keep_holding(self):
         """Where the part with the cosines changes, L takes up the difference: held stays what it was."""
+        before = [joint.gravity for joint in self.joints]
         self._weigh()
-        for joint in self.joints:
-            joint.hold_anew()
+        for joint, gravity in zip(self.joints, before, strict=True):
+            joint.hold_anew(gravity)
 
     def _stop_both(self, fault):
         self.fault = fault

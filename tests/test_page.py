@@ -231,6 +231,7 @@ def test_what_holds_a_joint_goes_on_when_its_weight_becomes_known(talk):
 
 
 def test_reports_come_by_themselves(talk):
+    talk.listen(0.5)
     talk.ask("RP 100")
     start = len(talk.lines)
     talk.listen(0.08)

@@ -149,6 +149,10 @@ class Controller:
         joint.retune()
         self._keep_holding()
 
+    def report_every(self, milliseconds: int) -> None:
+        """Send a status by itself every so often, first after that time; 0: never."""
+        self.report_ms, self.reported_ticks = milliseconds, self.time_ticks
+
     def must_rest(self) -> None:
         """Refuse what may not happen while anything moves."""
         if self.busy:
@@ -183,8 +187,10 @@ class Controller:
             joint.look(self.plant.counts(j), self.plant.pressed(j))
         self._brake_or_let_go()
         cosines = self._cosines()
+        for joint in self.joints:
+            joint.weigh(cosines)
         for j, joint in enumerate(self.joints):
-            self._control(j, joint, cosines)
+            self._control(j, joint)
         if self.watchdog_ms and self._ms_since(self.heard_ticks) > self.watchdog_ms and self.busy:
             self.halt(fault="w")
             self.enabled = False
@@ -228,7 +234,7 @@ class Controller:
         one, both = math.radians(first.position_deg), math.radians(first.position_deg + second.position_deg)
         return math.cos(one), math.cos(both)
 
-    def _control(self, j, joint, cosines):
+    def _control(self, j, joint):
         joint.idle_ticks = joint.idle_ticks + 1 if joint.mode == IDLE else 0
         if joint.mode == IDLE:
             self._hold_if_it_rests(joint)
@@ -238,11 +244,11 @@ class Controller:
             self.halt(latch=True, fault=f"r{j + 1}")
             self._event("runaway", j)
         elif joint.mode in (MOVE, HOLD):
-            self._follow(j, joint, cosines)
+            self._follow(j, joint)
         elif joint.mode == PUSH:
             self._keep_pushing(j, joint)
         else:
-            self._keep_homing(j, joint, cosines)
+            self._keep_homing(j, joint)
 
     def _hold_if_it_rests(self, joint):
         """A joint that is on is held where it comes to rest, or is after a while; not in the paper's way or after a fault."""
@@ -250,8 +256,8 @@ class Controller:
         if on and (joint.still_ticks >= REST_TICKS or joint.idle_ticks > COAST_TICKS):
             joint.hold()
 
-    def _follow(self, j, joint, cosines):
-        volts = joint.follow(cosines)
+    def _follow(self, j, joint):
+        volts = joint.follow()
         if joint.mode == MOVE and joint.rule.done:
             self._finish(j, "done")
         elif joint.stalls(volts):
@@ -280,7 +286,7 @@ class Controller:
             self._finish(j, "done")
             joint.idle_ticks = COAST_TICKS
 
-    def _keep_homing(self, j, joint, cosines):
+    def _keep_homing(self, j, joint):
         pressed = joint.pressed
         if joint.mode == REST:
             if joint.still_ticks >= REST_TICKS:
@@ -295,7 +301,7 @@ class Controller:
             joint.stand_at(joint.closed_count, joint.parameters["home"], self.plant.counts(j))
             joint.mode, joint.still_ticks = REST, 0
             return
-        volts = joint.follow(cosines)
+        volts = joint.follow()
         if joint.rule.done:
             self._homing_step(j, joint, pressed)
         elif joint.stalls(volts):

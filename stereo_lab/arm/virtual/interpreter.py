@@ -144,7 +144,7 @@ class Interpreter:
         self.controller.halt(hold=True)
 
     def _report(self, milliseconds):
-        self.controller.report_ms = _period(milliseconds, 20)
+        self.controller.report_every(_period(milliseconds, 20))
 
     def _watchdog(self, milliseconds):
         self.controller.watchdog_ms = _period(milliseconds, 100)

@@ -45,7 +45,9 @@ class Joint:
         self.position_deg = self.speed_deg_s = 0.0
         self.rested_v = 0.0  # the voltage under which it rested when the command under way began
         self.obeyed_deg = self.wrong_deg = 0.0  # turned since then with what was added to it, and against that
-        self.weight_v = self.held_v = self.load_v = 0.0  # what holds the arm's weight, and what was learned besides
+        self.weight_v = self.load_v = (
+            0.0  # what holds the arm's weight, as far as it is known, and what was learned besides
+        )
         self.closed_count = 0
         self.still_ticks = REST_TICKS  # whatever it did before, nothing moves it now
         self.push_ticks, self.closed_ticks, self.tries, self.push_v = 0, 0, 0, 0.0
@@ -138,20 +140,29 @@ class Joint:
         self.mode, self.strained_ticks = HOLD, 0
         self.rule = self.plan(self.position_deg, 0.0, 0.0)
 
+    @property
+    def held_v(self) -> float:
+        """What holds it in its pose."""
+        return self.weight_v + self.load_v
+
+    def weigh(self, cosines: tuple[float, float]) -> None:
+        """What holds the arm's weight now; ``cosines``: of the angles of both links, 0 where they are not known."""
+        self.weight_v = self.parameters["g1"] * cosines[0] + self.parameters["g2"] * cosines[1]
+
     def keep_holding(self, cosines: tuple[float, float]) -> None:
         """What holds it goes on, when what is known of its weight changes: the load takes up the difference."""
-        self.weight_v = self.parameters["g1"] * cosines[0] + self.parameters["g2"] * cosines[1]
-        self.load_v = min(max(self.held_v - self.weight_v, -MOST_LOAD_V), MOST_LOAD_V)
+        held_v = self.held_v
+        self.weigh(cosines)
+        self.load_v = min(max(held_v - self.weight_v, -MOST_LOAD_V), MOST_LOAD_V)
         if self.mode == HOLD:
             self.mode = IDLE  # held anew, where it stands
 
-    def follow(self, cosines: tuple[float, float]) -> float:
-        """The voltage that its rule asks for; ``cosines``: of the angles of both links, 0 where they are not known."""
+    def follow(self) -> float:
+        """The voltage that its rule asks for."""
         if not isinstance(self.rule, Profile):
             return self.rule.volts(self.position_deg)
-        self.weight_v = self.parameters["g1"] * cosines[0] + self.parameters["g2"] * cosines[1]
         volts = self.rule.volts(self.position_deg, self.weight_v)
-        self.held_v, self.load_v = self.rule.held_v, self.rule.load_v
+        self.load_v = self.rule.load_v
         return volts
 
     def stalls(self, volts: float) -> bool:

@@ -52,7 +52,7 @@ struct Joint {
   Mode mode;
   int16_t duty;
   float rested_v, obeyed, wrong;  // its voltage at rest before this began; turned since with what was added, and against
-  float weight, load, held, push;  // volts: what holds the arm's weight, a load besides, both; and a push on top
+  float weight, load, push;  // volts: what holds the arm's weight, a load besides, and a push on top of both
   uint16_t still, strained, push_ticks, idles;
   uint8_t tries, closed;
   bool pushed;
@@ -287,11 +287,13 @@ void stand_at(Joint &joint, float angle) {
   joint.zero_deg = joint.position = angle;
 }
 
+float held(const Joint &joint) { return joint.weight + joint.load; }  // what holds it in its pose
+
 void halt(bool latch, char why, char which, bool hold = false) {  // braked, or held against the arm's weight
   for (uint8_t j = 0; j < 2; j++) {
     if (joints[j].mode != IDLE) joints[j].idles = 0;
     joints[j].mode = IDLE;
-    set_volts(j, hold && !by_rule ? joints[j].held : 0);
+    set_volts(j, hold && !by_rule ? held(joints[j]) : 0);
   }
   stopped |= latch;
   if (why) {
@@ -302,7 +304,7 @@ void halt(bool latch, char why, char which, bool hold = false) {  // braked, or 
 
 void finish(uint8_t j, const char *name) {
   joints[j].mode = joints[j].mode == MOVE && !by_rule ? HOLD : IDLE;
-  set_volts(j, by_rule ? 0 : joints[j].held);
+  set_volts(j, by_rule ? 0 : held(joints[j]));
   event(name, j);
 }
 
@@ -349,7 +351,7 @@ float kick_volts(Joint &joint, float error) {
   joint.kick += KICK_V;
   float starts = joint.st[error < 0] + joint.kick, asks = joint.kp * fabs(error);
   if (starts < asks) starts = asks;
-  return joint.held + (error > 0 ? starts : -starts);
+  return held(joint) + (error > 0 ? starts : -starts);
 }
 
 void add_load(Joint &joint, float volts) {  // never more than a motor may hold
@@ -360,7 +362,6 @@ void add_load(Joint &joint, float volts) {  // never more than a motor may hold
 void learn(Joint &joint, float error) {  // what the error, and a kick that has just ended, tell of the load
   add_load(joint, joint.ki * error + (error > 0 ? KEPT : -KEPT) * joint.kick);
   joint.kick = 0;
-  joint.held = joint.weight + joint.load;
 }
 
 float profile_volts(Joint &joint, bool *done) {
@@ -372,17 +373,16 @@ float profile_volts(Joint &joint, bool *done) {
     joint.left = joint.plan_speed = 0;
   }
   joint.speeding_up = (joint.plan_speed - before) * TICKS_A_SECOND;
-  joint.held = joint.weight + joint.load;
   float error = joint.planned - joint.position;
   bool ended = joint.left == 0 && joint.plan_speed == 0;
   if (ended && fabs(error) <= joint.arrived) {
     *done = joint.rests >= REST_TICKS;
     joint.kick = 0;
-    return joint.held;
+    return held(joint);
   }
   if (joint.rests >= REST_TICKS && (ended || error * joint.plan_speed > 0)) return kick_volts(joint, error);
   learn(joint, error);
-  float feedback = joint.kp * error + joint.held;
+  float feedback = joint.kp * error + held(joint);
   if (ended && error * joint.turned <= 0) return feedback;
   if (ended) return feedback + (error > 0 ? joint.db[0] : -joint.db[1]);  // lest friction is learned as a load
   float friction = joint.plan_speed > 0 ? joint.db[0] : -joint.db[1];
@@ -445,10 +445,11 @@ void weigh() {  // what holds the arm in this pose, where both joints know where
 }
 
 void keep_holding() {  // the angles are other ones now, or what is known of the weight; what holds the joints goes on
+  float before[2] = {held(joints[0]), held(joints[1])};
   weigh();
   for (uint8_t j = 0; j < 2; j++) {
     joints[j].load = 0;
-    add_load(joints[j], joints[j].held - joints[j].weight);
+    add_load(joints[j], before[j] - joints[j].weight);
     if (joints[j].mode == HOLD) joints[j].mode = IDLE;  // held anew, where it stands
   }
 }
@@ -473,7 +474,7 @@ void keep_homing(uint8_t j, Joint &joint) {
   if (joint.mode == SEEK && closed) {
     back_off(joint);
   } else if (joint.mode == CREEP && closed) {
-    set_volts(j, joint.held);
+    set_volts(j, held(joint));
     joint.zero_count = joint.closed_count;
     joint.zero_deg = joint.home;
     joint.position = joint.home + (joint.count - joint.zero_count) * joint.degree;
@@ -506,7 +507,7 @@ void keep_pushing(uint8_t j, Joint &joint) {
   if (joint.push_ticks) joint.push_ticks--;
   if ((joint.push > 0 && joint.position > joint.hi) || (joint.push < 0 && joint.position < joint.lo)) finish(j, "limit");
   else if (joint.still > HELD_TICKS && fabs(joint.push) > joint.most_to_start) stall(j);
-  else if (joint.push_ticks == 0 && joint.pushed) set_volts(j, joint.held), joint.pushed = false, joint.still = 0;
+  else if (joint.push_ticks == 0 && joint.pushed) set_volts(j, held(joint)), joint.pushed = false, joint.still = 0;
   else if (joint.push_ticks == 0 && joint.still >= REST_TICKS) finish(j, "done");
   else if (joint.push_ticks == 0 && ++joint.idles > COAST_TICKS) finish(j, "done");  // a load carries it on
 }
@@ -713,6 +714,7 @@ Code execute() {
     if (code || !read_number(arg[1], 0, 60000, &value, &code)) return code;
     if (value > 0 && value < 20) return LIMIT;
     report_ms = value;
+    reported_ms = now_ms;  // first after that time
     return FINE;
   }
   if (is("WD", 1, 1)) {
@@ -753,7 +755,7 @@ Code execute() {
     joint.push_ticks = (uint16_t)(other / TICK_MS + 0.5f);
     if (!joint.push_ticks) joint.push_ticks = 1;
     begin_move(joint, PUSH);
-    joint.push = (int16_t)value * joint.volts_of_duty - joint.held;  // what is beyond its weight
+    joint.push = (int16_t)value * joint.volts_of_duty - held(joint);  // what is beyond its weight
     set_duty(j, value);
     return FINE;
   }
@@ -778,7 +780,7 @@ Code execute() {
     return FINE;
   }
   if (get && !strcmp(arg[2], "held")) {
-    write_number(joint.held);
+    write_number(held(joint));
     return FINE;
   }
   for (const Parameter &parameter : PARAMETERS) {
