@@ -207,11 +207,11 @@ class _Joint:
         else:
             self._begin_leg("fast", -400, 60)
 
-    def end(self):
+    def end(self, mode):
         """End what the joint does, as ``ST`` asks: it rolls on to rest and is held there."""
         if self.kind != "idle":
             self.kind, self.roll_ticks = "roll", 0
-            self.volts = self.held
+            self.volts = self.held if mode == "pid" else 0.0
 
     def stop(self):
         self.kind, self.volts = "idle", 0.0
@@ -637,7 +637,7 @@ class Controller:
 
     def _do_st(self):
         for joint in self.joints:
-            joint.end()
+            joint.end(self.mode)
 
     def _do_mv(self, joint_word, goal_word, percent_word="100"):
         self._begin_moves([self._joint(joint_word)], [goal_word], percent_word)

@@ -688,7 +688,7 @@ def test_a_move_from_the_terminal_homes_an_arm_that_is_lost_but_not_for_a_goal_o
     ("words", "code", "said"),
     [
         (["list"], 0, "virtual://arm"), (["virtual://arm"], 0, "off, joints at 0.00, 0.00"),
-        (["torque"], 0, "2.8 times"), (["torque", "nowhere"], 2, "no folder"), (["virtual://arm", "fly"], 2, "no action"),
+        (["torque"], 0, "2.7 times"), (["torque", "nowhere"], 2, "no folder"), (["virtual://arm", "fly"], 2, "no action"),
         (["virtual://arm", "home"], 0, "homed"), (["virtual://arm", "move", "30", "-45.5"], 0, "reached 30.0"),
         (["virtual://arm", "calibrate"], 0, "joint 2 clockwise"),
         (["virtual://arm", "monitor", "--seconds", "0.1"], 0, "0.0 s  off"),

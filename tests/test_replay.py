@@ -15,6 +15,8 @@ from stereo_lab.arm.virtual.controller import Controller
 from stereo_lab.arm.virtual.plant import BENCH_ARM, BENCH_MOTORS, Faults, Plant
 from stereo_lab.motion import TICK_S, Motor
 
+NO_CURRENT = 999  # a duty that there is not
+SELDOM = 0.002
 QUICK, SLUGGISH = Motor(time_constant_s=0.035), Motor(dead_band_v=(0.5, 0.6), time_constant_s=0.12)
 
 
@@ -161,6 +163,10 @@ SCENES = {
         (0.1, "EN 1"), (0.1, load(-0.9, 0.0)), (2, "MV 1 100"), (0.5, load(0.0, 0.0)), (1, "MODE pid"), (1.5, "MV 1 20"), (0.1, "MODE rule"), (0.1, fault("reversed", 2)),
         (2, "MV 2 100 20"), (0.5, "EN 1"), (0.1, "MODE pid"), (4, "HM 1"),
     ],
+    "the paper's way with a weight": [
+        *WEIGHED, (2, "MA 30 20"), (0.5, load(0.25, 0.0)), (1.5, "MV 1 40"), (0.02, "GET 1 held"), (0.5, "MODE rule"), (2, "MV 1 70"), (1, "PW 1 60 150"), (0.3, "MV 1 0"),
+        (1, "ST"), (0.02, "?"), (1, "MODE pid"), (1.5, "MV 1 20"),
+    ],
     "wires swapped": [
         (0.1, "EN 1"), (0.1, fault("reversed", 1)), (1, "MV 1 60"), (0.02, "?"), (0.2, "EN 1"), (1, "HM 1"), (0.2, "EN 1"), (1, "PW 1 120 500"), (0.1, "EN 1"),
         (0.3, "PW 1 15 500"), (0.5, "MV 2 40"), (0.3, fault("reversed", 2)), (1, "MV 2 80"), (0.5, "EN 1"), (0.1, "SET 2 counts 200"), (1, "MV 2 0"),
@@ -179,9 +185,11 @@ SCENES = {
         (0.1, "EN 1"), (0.1, switch(0, True), "HM 1"), (0.35,), (1.2, switch(0, None)), (0.3,), (3, switch(0, True)), (0.1, switch(0, None)), (0.1, "EN 1"),
         (0.1, switch(0, True), "HM 1"), (0.7,), (5, switch(0, None)), (0.1, "EN 1"), (0.1, switch(1, True), "HM 2"), (6,), (0.1, "EN 1", switch(1, None)), (1, "MV 2 10"),
     ],
-    "homing without a switch": [(0.1, "WD 0", "EN 1"), (0.1, "ZE 1 160"), (0.1, switch(0, False), "HM 1"), (9,), (0.5, "?")],
+    "homing without a switch": [
+        (0.1, "SET 2 counts 1500"), (0.1, "WD 0", "EN 1"), (1, "MV 2 150"), (1, "ZE 2 -150"), (1, "MV 2 150"), (0.1, switch(1, False), "HM 2"), (9,), (0.1, "EN 1"), (0.1, "ZE 1 160"), (0.1, switch(0, False), "HM 1"), (9,), (0.5, "?"),
+    ],
     "silence": [
-        (0.1, "WD 500", "EN 1"), (1, "MV 1 150 10"), (0.02, "?"), (1, "EN 1"), (3, "MV 1 0"), (0.1, "RP 100", "WD 0"), (2, "MV 1 150 30"), (0.05, "RP 0"), (2, "WD 0"),
+        (0.1, "EN 1"), (2, "MV 1 150 10"), (0.1, "WD 500", "EN 1"), (1, "MV 1 150 10"), (0.02, "?"), (1, "EN 1"), (3, "MV 1 0"), (0.1, "RP 100", "WD 0"), (2, "MV 1 150 30"), (0.05, "RP 0"), (2, "WD 0"),
         (0.5, "EN 0"), (2,), (0.2, load(-1.5, 0.0)), (0.5, load(0.0, 0.0)), (0.5,),
     ],
 }  # fmt: skip
@@ -201,14 +209,23 @@ def numbers(text):
     return re.sub(r"-?\d+\.\d+|(?<=[=,])-?\d+", "#", text), np.array(found, float)
 
 
-def differences(duties, others):
-    """The ticks and joints in which two controllers want another duty; a command may act a tick earlier in one of them."""
+def differences(duties, others, lines, said):
+    """The ticks and joints in which two controllers want another duty.
+
+    Just after a line or an event one of them may be a tick ahead. Elsewhere a duty may be rounded to its neighbour, seldom.
+    """
+    news = {k for k, line in enumerate(lines) if line} | {tick - 1 for tick, _ in said}
+    after = np.zeros(len(lines), bool)
+    for k in news:
+        after[k : k + 3] = True
     found = []
     for j in (0, 1):
-        one, other = ([np.nan if duty[j] is None else duty[j] for duty in both] for both in (duties, others))
-        near = np.array([other[:1] + other[:-1], other, other[1:] + other[-1:]], float)
-        same = np.nanmin(np.abs(near - one), axis=0, initial=np.inf) <= 1
-        same |= np.isnan(one) & np.isnan(near).any(axis=0)
+        one, other = ([NO_CURRENT if duty[j] is None else duty[j] for duty in both] for both in (duties, others))
+        gaps = np.abs(np.array([other[:1] + other[:-1], other, other[1:] + other[-1:]]) - one)
+        rounded = (gaps[1] == 1) & ~after
+        same = np.where(after, gaps.min(axis=0) <= 8, gaps[1] == 0)
+        if rounded.mean() < SELDOM:
+            same |= rounded
         found += [(int(k), j) for k in np.flatnonzero(~same)]
     return sorted(found)
 
@@ -220,7 +237,7 @@ def test_both_controllers_do_and_say_the_same(name, motors):
     steps = SCENES[name] if name == "silence" else list(kept_awake(SCENES[name]))
     seen, duties, said, lines = play(steps, motors, BENCH_ARM)
     others, other_said = replay(seen, lines)
-    for k, j in differences(duties, others)[:1]:
+    for k, j in differences(duties, others, lines, said)[:1]:
         heard = [text for tick, text in said if tick <= k + 1][-3:]
         pytest.fail(f"joint {j + 1} at {k * TICK_S:.3f} s: duty {duties[k][j]} and {others[k][j]}; said last: {heard}")
     assert [numbers(text)[0] for _, text in said] == [numbers(text)[0] for _, text in other_said]

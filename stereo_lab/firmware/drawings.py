@@ -24,21 +24,26 @@ STEEL_MM = 28.0  # how far before and behind the elbow's motor the steel sits th
 HAND_MM = 20.0  # the spot that holds the ball
 SPACERS_MM = (40.0, 30.0)  # where the four spacers of the back board sit, from the shoulder's axle
 SWITCH_MM = (20.0, 10.0)  # a micro switch from its side
-BLACK, BLUE, ORANGE, GREEN, RED, WOOD = "#000000", "#0072B2", "#E69F00", "#009E73", "#D55E00", "#F3E3C3"
+SWITCH_ASIDE_MM, SWITCH_OFF_MM = (
+    5.0,
+    2.0,
+)  # how far it sits before the place where it closes, and beside the way of the peg
+LEVER_MM, LEVER_DEG = 17.0, 10.0  # its lever, and how that stands off its side
+PLAY_MM = 4.0  # how far a motor can be pushed along its belt
+BLACK, BLUE, ORANGE, GREEN, RED, WOOD, NUT = "#000000", "#0072B2", "#E69F00", "#009E73", "#D55E00", "#F3E3C3", "#E8A07A"
+NUT_MM, THIN_NUT_MM = 4.0, 2.7  # how high a nut M5 is, and a thin one
 
 # From where to where a part reaches, mm towards the cameras from the face of the front board.
 BACK_BOARD, SPACERS, FRONT_BOARD = (-46.0, -38.0), (-38.0, -8.0), (-8.0, 0.0)
 SHOULDER_AXLE, SHOULDER_MOTOR = (-58.0, 66.0), (-4.0 - MOTOR_LONG_MM, -4.0)
 SHOULDER_PULLEYS, SHOULDER_BELT = (2.0, 18.0), (10.5, 16.5)
-SHOULDER_PEGS = (
-    (-11.0, 24.0),
-    (18.0, 53.0),
-)  # on the board, on link 1: screws of 35 mm with three washers and with one
+SHOULDER_PEGS = ((-11.0, 24.0), (20.0, 55.0))  # on the board, on link 1: screws of 35 mm, each with three washers
 SHOULDER_SWITCH = (16.0, 22.4)  # on a block of 16 mm
 ELBOW_PULLEYS, ELBOW_BELT = (25.0, 41.0), (26.5, 32.5)
 LINK_1, LINK_2 = (44.0, 52.0), (64.0, 68.0)
 ELBOW_MOTOR = (48.0, 48.0 + MOTOR_LONG_MM)
-ELBOW_PEGS = ((44.0, 60.0), (53.0, 69.0))  # on link 1 from behind, on link 2 with a washer: screws of 16 mm
+ELBOW_PEGS = ((44.0, 60.0), (56.0, 72.0))  # on link 1 from behind, countersunk; on link 2 from before: screws of 16 mm
+ELBOW_DOUBLER = (68.0, 72.0)  # a second layer of link 2, where its peg is
 ELBOW_SWITCH = (52.0, 58.4)
 ELBOW_AXLE = (25.0, 80.0)
 
@@ -171,11 +176,18 @@ def tail_mm(arm: TwoLinkArm) -> float:
 def switch_box(j: int, turned_deg: float = 0.0) -> tuple[tuple[float, float], float]:
     """The middle of a joint's switch, mm from the axle, and which way its long side lies, degrees.
 
-    Its lever reaches under the way of the moving peg; with the peg where the switch closes, it is pressed.
+    Its lever leans into the way of the moving peg; with the peg where the switch closes, it is pressed.
     """
-    stops, (_, high) = END_STOPS_DEG[j], SWITCH_MM
-    middle = SWITCHES_DEG[j] + turned_deg
-    return around(peg_circle_mm(stops) + PEG_MM / 2 + 3 + high / 2, middle), middle + 90
+    radius = peg_circle_mm(END_STOPS_DEG[j]) + PEG_MM / 2 + SWITCH_OFF_MM + SWITCH_MM[1] / 2
+    middle = SWITCHES_DEG[j] + math.degrees(SWITCH_ASIDE_MM / radius) + turned_deg
+    return around(radius, middle), middle + 90
+
+
+def lever(j: int, turned_deg: float = 0.0) -> list[tuple[float, float]]:
+    """Both ends of the lever: its hinge where the peg comes from, its tip before the fixed peg."""
+    middle, along = switch_box(j, turned_deg)
+    hinge = around(SWITCH_MM[1] / 2, along + 90, around(SWITCH_MM[0] / 2 - 1.5, along, middle))
+    return [hinge, around(LEVER_MM, along + 180 - LEVER_DEG, hinge)]
 
 
 def front(arm: TwoLinkArm, folder: Path) -> None:
@@ -186,7 +198,7 @@ def front(arm: TwoLinkArm, folder: Path) -> None:
     elbow, motors = around(arm.l1_mm, one), ((0.0, -behind), around(-tail, one))
     hand = around(arm.l2_mm, one + other, elbow)
     s = Svg((-far - 15, -far - 90), (far + 15, far + 30))
-    s.box(-30, -far - 65, 60, far, WOOD)
+    s.box(-30, -far - 65, 60, far - 15, WOOD)
     s.box(-65, -190, 130, 260, WOOD)
     s.box(-150, -far - 75, 300, 10, WOOD)
     s.circle(0, 0, far, color="#999999", dash="6 4")
@@ -211,6 +223,7 @@ def front(arm: TwoLinkArm, folder: Path) -> None:
             s.circle(*around(peg_circle_mm(stops), angle, center), PEG_MM / 2, RED, RED)
         (x, y), along = switch_box(j, link)
         s.area(rectangle((center[0] + x, center[1] + y), SWITCH_MM, along), "#ffffff", RED, 1.0)
+        s.line([(center[0] + x, center[1] + y) for x, y in lever(j, link)], RED, 0.8)
     s.line(arc(arm.l1_mm * 0.42, one + low2, one + high2, elbow), GREEN, 1.2)
     s.text(elbow[0], elbow[1] + arm.l1_mm * 0.42 + 6, f"elbow {low2:g}° to {high2:g}°", 11, "middle", GREEN)
     s.line([elbow, around(arm.l2_mm * 0.9, one, elbow)], "#999999", 0.4, "4 3")
@@ -252,9 +265,23 @@ def layers(arm: TwoLinkArm, folder: Path) -> None:
         ("", SHOULDER_AXLE, -4, 4, "#888888"),
         ("", ELBOW_AXLE, l1 - 4, l1 + 4, "#888888"),
         ("", SHOULDER_PEGS[0], -shoulder - PEG_MM / 2, -shoulder + PEG_MM / 2, RED),
-        ("pegs (red): screws M5", SHOULDER_PEGS[1], shoulder - PEG_MM / 2, shoulder + PEG_MM / 2, RED),
+        (
+            "red: pegs; this one between both strands",
+            SHOULDER_PEGS[1],
+            shoulder - PEG_MM / 2,
+            shoulder + PEG_MM / 2,
+            RED,
+        ),
         ("", ELBOW_PEGS[0], l1 - elbow - PEG_MM / 2, l1 - elbow + PEG_MM / 2, RED),
+        ("", ELBOW_DOUBLER, l1 + 12, l1 + 27, "#DDF2EA"),
         ("", ELBOW_PEGS[1], l1 + elbow - PEG_MM / 2, l1 + elbow + PEG_MM / 2, RED),
+        ("", (LINK_1[1], LINK_1[1] + THIN_NUT_MM), l1 - elbow - 4, l1 - elbow + 4, NUT),
+        ("", (LINK_2[0] - THIN_NUT_MM, LINK_2[0]), l1 + elbow - 4, l1 + elbow + 4, NUT),
+        ("", (FRONT_BOARD[1], FRONT_BOARD[1] + NUT_MM), -shoulder - 4, -shoulder + 4, NUT),
+        ("", (LINK_1[0] - NUT_MM, LINK_1[0]), shoulder - 4, shoulder + 4, NUT),
+        ("switch of the shoulder, on its block", SHOULDER_SWITCH, -shoulder - 15, -shoulder - 5, "#ffffff"),
+        ("", (FRONT_BOARD[1], SHOULDER_SWITCH[0]), -shoulder - 15, -shoulder - 5, WOOD),
+        ("switch of the elbow, on link 1", ELBOW_SWITCH, l1 - elbow - 15, l1 - elbow - 5, "#ffffff"),
     )
     s = Svg((-tail - 85, -deep * 58 - 45), (far + 255, deep * 100 + 32))
     for _, (low, high), start, end, fill in parts:
@@ -291,15 +318,26 @@ def template(arm: TwoLinkArm, folder: Path) -> None:
     tail, behind, l1 = tail_mm(arm), axles_apart_mm(SHOULDER_BELT_MM), arm.l1_mm
     s = Svg((-tail - STEEL_MM - 25, -330), (l1 + 45, 50))
     s.area(bar((0, 0), 0, tail + STEEL_MM, l1), "none")
-    s.text(l1 / 2, 22, "link 1, twice: glue both layers. Below each hole: mm from the shoulder's axle", 6, "middle")
+    s.text(
+        l1 / 2,
+        22,
+        "link 1, twice: glue both layers. Below each hole: mm from the shoulder's axle, and its diameter",
+        6,
+        "middle",
+    )
     _hole(s, 0, 0, 8, "0: axle 8")
-    _hole(s, l1, 0, 16, f"{l1:g}: 16, bearings", "end")
-    _motor(s, -tail, 0, f"−{tail:.1f}: motor; front layer {MOTOR_MM + 1.6:g}")
+    _hole(s, l1, 0, 16)
+    s.text(l1 + 34, -25, f"{l1:g}: 16, bearings", 5, "end")
+    _motor(s, -tail, 0, f"−{tail:.1f}: motor; opening in the front layer")
     for apart in (-STEEL_MM, STEEL_MM):
         _hole(s, -tail + apart, 0, 10, f"−{tail - apart:.0f}: 10")
     radius1, radius2 = (peg_circle_mm(stops) for stops in END_STOPS_DEG)
     _peg(s, radius1, 0, f"{radius1:.1f}: peg")
-    _peg(s, *around(radius2, fixed_peg_deg(END_STOPS_DEG[1]), (l1, 0)))
+    fixed = around(radius2, fixed_peg_deg(END_STOPS_DEG[1]))
+    _peg(s, l1 + fixed[0], fixed[1])
+    s.text(l1 - 40, -31, f"peg {l1 + fixed[0]:.1f}, and {fixed[1]:.1f} up", 5, "end", RED)
+    s.area([(l1 - 36, -17), (l1 - 36, -27), (l1 - 8, -27), (l1 - 8, -15)], "none")
+    s.text(l1 - 40, -25, "an ear for the switch, on both layers", 5, "end")
     _switch(s, 1, (l1, 0))
     s.area([(x, y - 70) for x, y in bar((0, 0), 0, 0, arm.l2_mm)], "none")
     s.text(arm.l2_mm / 2, -48, "link 2, once: mm from the elbow's axle", 6, "middle")
@@ -308,11 +346,13 @@ def template(arm: TwoLinkArm, folder: Path) -> None:
     _peg(s, radius2, -70, f"{radius2:.1f}: peg")
     x, y = -tail + 110, -185  # the front board lies on its side: up is to the left
     s.box(x - 70, y - 65, 260, 130, "none")
-    s.text(x + 188, y - 60, "front board, twice: glue both layers; up is to the left", 6, "end")
-    s.text(x + 188, y - 52, "the post is screwed behind this end", 6, "end")
+    s.text(x - 66, y + 69, "front board, twice: glue both layers; up is to the left", 6)
+    s.text(x + 186, y + 56, "the post is screwed behind this end", 6, "end")
     _hole(s, x, y, 22, "0: 22, bearing 608")
-    _motor(s, x + behind, y, f"−{behind:.1f}: motor; back layer {MOTOR_MM + 1.6:g}")
-    _peg(s, *around(radius1, fixed_peg_deg(END_STOPS_DEG[0]) + 90, (x, y)))
+    _motor(s, x + behind, y, f"−{behind:.1f}: motor; opening in the back layer")
+    fixed = around(radius1, fixed_peg_deg(END_STOPS_DEG[0]))
+    _peg(s, x - fixed[1], y + fixed[0])
+    s.text(x - 8, y - 52, f"peg {-fixed[0]:.1f} to the left, {fixed[1]:.1f} up", 5, "end", RED)
     _switch(s, 0, (x, y), 90)
     for across in (-SPACERS_MM[0], SPACERS_MM[0]):
         for along in (-SPACERS_MM[1], SPACERS_MM[1]):
@@ -323,7 +363,8 @@ def template(arm: TwoLinkArm, folder: Path) -> None:
     for across in (-SPACERS_MM[0], SPACERS_MM[0]):
         for along in (-SPACERS_MM[1], SPACERS_MM[1]):
             _hole(s, x + 253 + along, y + across, 4)
-    s.text(x + 253, y - 62, f"four holes 4: {SPACERS_MM[0]:g} and {SPACERS_MM[1]:g} from the axle", 6, "middle")
+    s.text(x + 253, y - 62, "four holes 4 in each board:", 6, "middle")
+    s.text(x + 253, y - 70, f"{SPACERS_MM[0]:g} sideways, {SPACERS_MM[1]:g} up and down", 6, "middle")
     s.line([(-100, -310), (0, -310)])
     for at in range(0, 101, 10):
         s.line([(at - 100, -310), (at - 100, -303 if at % 50 == 0 else -307)])
@@ -349,11 +390,19 @@ def _hole(s, x, y, diameter, words="", anchor="start"):
 
 
 def _motor(s, x, y, words):
-    """The motor's face: slots, so that it can be moved until the belt is tight."""
+    """The motor's face: slots, so that it can be moved until the belt is tight; dashed the opening for its body."""
     for side, radius in ((0, 3.6), (8.5, 1.6), (-8.5, 1.6)):
-        s.area([*arc(radius, -90, 90, (x + 2, y + side)), *arc(radius, 90, 270, (x - 2, y + side))], "none")
-    s.circle(x, y, MOTOR_MM / 2 + 0.8, dash="2 2")
+        _slot(s, x, y + side, radius)
+    _slot(s, x, y, MOTOR_MM / 2 + 0.8, "2 2")
     s.text(x - 3, y - LINK_MM / 2 - 12, words, 5)
+    s.text(x - 3, y - LINK_MM / 2 - 18, f"of 26 x {26 + PLAY_MM:g}; slots of 7.2, and of", 5)
+    s.text(x - 3, y - LINK_MM / 2 - 24, f"3.2, 8.5 aside; all {PLAY_MM:g} longer", 5)
+
+
+def _slot(s, x, y, radius, dash=""):
+    half = PLAY_MM / 2
+    places = [*arc(radius, -90, 90, (x + half, y)), *arc(radius, 90, 270, (x - half, y))]
+    s.line([*places, places[0]], dash=dash)
 
 
 def _peg(s, x, y, words=""):
@@ -364,6 +413,7 @@ def _peg(s, x, y, words=""):
 def _switch(s, j, axle, turned_deg=0.0):
     (x, y), along = switch_box(j, turned_deg)
     s.area(rectangle((axle[0] + x, axle[1] + y), SWITCH_MM, along), "none", RED)
+    s.line([(axle[0] + x, axle[1] + y) for x, y in lever(j, turned_deg)], RED)
 
 
 def main(folder: Path) -> None:

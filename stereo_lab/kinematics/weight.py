@@ -39,9 +39,9 @@ class ArmWeight:
     load_g : float, what it carries
     """
 
-    link1_g: float = 85.0
+    link1_g: float = 101.0
     link2_g: float = 22.0
-    center1_mm: float | None = 43.0
+    center1_mm: float | None = 44.0
     center2_mm: float | None = None
     motor_g: float = 203.0
     motor_at_mm: float = -136.0

@@ -272,7 +272,8 @@ class Profile:
 
     def _learn(self, error):
         """What the error, and a kick that has just ended, tell of the load; never more than a motor may hold."""
-        told = self.tuning.ki_v_per_deg_s * error * TICK_S + math.copysign(KEPT * self.kick_v, error)
+        kept = math.copysign(KEPT * self.kick_v, error) if error else 0.0
+        told = self.tuning.ki_v_per_deg_s * error * TICK_S + kept
         self.load_v = min(max(self.load_v + told, -MOST_LOAD_V), MOST_LOAD_V)
         self.kick_v = 0.0
 

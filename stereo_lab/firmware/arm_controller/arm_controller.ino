@@ -360,7 +360,7 @@ void add_load(Joint &joint, float volts) {  // never more than a motor may hold
 }
 
 void learn(Joint &joint, float error) {  // what the error, and a kick that has just ended, tell of the load
-  add_load(joint, joint.ki * error + (error > 0 ? KEPT : -KEPT) * joint.kick);
+  add_load(joint, joint.ki * error + (error > 0 ? KEPT : error < 0 ? -KEPT : 0) * joint.kick);
   joint.kick = 0;
 }
 
