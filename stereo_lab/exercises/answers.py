@@ -176,6 +176,10 @@ class Function:
                 return Verdict(NOT_ATTEMPTED)
             if output is None:
                 return Verdict(NOT_YET, "your function gives nothing back. Did you forget a return?")
+            if isinstance(output, str):
+                return Verdict(
+                    NOT_YET, f"your function gives back a text, {reprlib.repr(output)}. Give back the number itself."
+                )
             outputs.append(output)
         return self._compare(outputs)
 
@@ -250,6 +254,8 @@ SESSION = ("_sitebuiltins", "IPython.core.autocall")  # where exit, quit and hel
 SIGNS = {
     "−": "the arm does not know the sign − of a printed page. Type the minus of the keyboard: -",
     "°": "no sign ° in the line: the arm counts in degrees anyway.",
+    ",": "no comma in the line: its words are parted by blanks.",
+    "'": "no quotes inside the line: one pair round it is enough.",
 }
 
 
