@@ -9,10 +9,10 @@ import pytest
 from conftest import ROOT
 from stereo_lab.arm import connect
 from stereo_lab.arm.registering import hand_poses, register
-from stereo_lab.arm.virtual.cameras import DrawnCameras
 from stereo_lab.cli import main
 from stereo_lab.errors import StereoLabError
 from stereo_lab.kinematics import JointAngles, Registration, TwoLinkArm
+from stereo_lab.live import DrawnCameras
 from stereo_lab.localization import Localizer
 from stereo_lab.recording import open_recording
 

@@ -183,7 +183,7 @@ def _arm_register(arm, options):
 def _cameras(arm, recording, options):
     """The cameras that see the arm: drawn ones for a virtual arm."""
     if hasattr(arm.port, "link_deg"):
-        from stereo_lab.arm.virtual.cameras import DrawnCameras
+        from stereo_lab.live import DrawnCameras
 
         print("A virtual arm: its pictures are drawn.")
         return contextlib.nullcontext(DrawnCameras(recording, arm.port))

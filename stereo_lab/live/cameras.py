@@ -1,0 +1,231 @@
+"""Two cameras that never wait for each other: each is read in a thread of its own, and pairs are matched by time."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+import cv2
+import numpy as np
+
+from stereo_lab.errors import StereoLabError
+from stereo_lab.live.sources import Frame, StereoSource
+
+KEPT = 4  # pictures of a side that may still find their other half; older ones are dropped
+SILENT_S = 2.0  # so long without a pair is told
+AGAIN_S = 1.0  # a camera that went away is opened again so often
+BLACK = 8  # grey levels: a picture without a brighter pixel is black
+WHITE = 250  # grey levels: what is overexposed is plain, too
+TAIL = 8  # rows: so many alike at the end are what a cut-off picture is filled up with
+JOIN_S = 1.0
+
+
+class CameraSource(StereoSource):
+    """Two cameras, by their numbers or addresses.
+
+    The newest pair wins: what nobody fetched in time is dropped and counted, and no queue grows. Black pictures and
+    pictures that were cut off on their way are passed over. A camera that goes away is opened again as long as the source
+    is open; meanwhile :meth:`read` says which one is silent, and may be called again.
+
+    Parameters
+    ----------
+    left, right : int or str, as ``cv2.VideoCapture`` takes them
+    size : (width, height), px, what they are asked for
+    rate_hz : float, pairs a second that they are asked for
+    open_capture : function, in place of ``cv2.VideoCapture``
+    silent_s : float, so long :meth:`read` waits for a pair
+    clock : function, what the pictures' times are told by, seconds
+
+    Raises
+    ------
+    StereoLabError
+        If one of them does not open.
+    """
+
+    def __init__(
+        self,
+        left: int | str,
+        right: int | str,
+        size: tuple[int, int] = (640, 480),
+        rate_hz: float = 30.0,
+        open_capture: Callable[..., Any] = cv2.VideoCapture,
+        silent_s: float = SILENT_S,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.name, self.size, self.rate_hz, self.silent_s = f"cameras:{left},{right}", size, rate_hz, silent_s
+        self._news = threading.Condition()
+        self._sides: list[_Side] = []
+        self._given = [float("-inf")] * 2  # when the pictures of the newest pair given were taken
+        try:
+            for word, number in (("left", left), ("right", right)):
+                self._sides.append(_Side(word, number, size, rate_hz, open_capture, self._news, clock))
+        except StereoLabError:
+            self.close()
+            raise
+        for side in self._sides:
+            side.thread.start()
+
+    def read(self) -> Frame | None:
+        """The newest pair that nobody had yet; None once the source is closed.
+
+        Raises
+        ------
+        StereoLabError
+            If none comes for a while: which camera is silent, and why as far as it is known.
+        """
+        give_up = time.monotonic() + self.silent_s
+        with self._news:
+            while not any(side.stopped for side in self._sides):
+                if (pair := self._match()) is not None:
+                    return pair
+                if not self._news.wait(max(0.0, give_up - time.monotonic())):
+                    raise StereoLabError(self._who_is_silent())
+        return None
+
+    def _match(self):
+        """The newest left picture with the right one that is nearest in time, within half a frame of each other."""
+        left, right = (
+            [t for t in side.taken if t[0] > given] for side, given in zip(self._sides, self._given, strict=True)
+        )
+        for time_s, picture in reversed(left):
+            other_s, other = min(right, key=lambda taken: abs(taken[0] - time_s), default=(float("inf"), None))
+            if abs(other_s - time_s) <= 0.5 / self.rate_hz:
+                dropped = sum(taken[0] < time_s for taken in left) + self._sides[0].forget()
+                self._given = [time_s, other_s]
+                return Frame(time_s, picture, other, other_s - time_s, dropped)
+        return None
+
+    def _who_is_silent(self):
+        said = [side.words(given) for side, given in zip(self._sides, self._given, strict=True)]
+        if not any(said):
+            skew = abs(self._sides[0].taken[-1][0] - self._sides[1].taken[-1][0])
+            return (
+                f"No two pictures were taken at the same time for {self.silent_s:g} s: the cameras are {1000 * skew:.0f} ms "
+                f"apart, half a frame is {500 / self.rate_hz:.0f}. Ask for fewer pairs a second."
+            )
+        return " ".join(words for words in said if words)
+
+    def close(self) -> None:
+        """Let both cameras go."""
+        for side in self._sides:
+            side.stop()
+        for side in self._sides:
+            side.end()
+
+
+class _Side:
+    """One camera and its thread.
+
+    Attributes
+    ----------
+    taken : deque of (seconds, picture), the newest last
+    trouble : str, what is wrong with it now, in words; empty where nothing is
+    """
+
+    def __init__(self, word, number, size, rate_hz, open_capture, news, clock):
+        self.word, self.number, self.size, self.rate_hz = word, number, size, rate_hz
+        self._open_capture, self._news, self._clock = open_capture, news, clock
+        self.taken: deque[tuple[float, np.ndarray]] = deque(maxlen=KEPT)
+        self.trouble, self.stopped, self.passed_over = "", False, 0
+        self._capture = self._open()
+        if self._capture is None:
+            raise StereoLabError(
+                f"Camera {number} ({word}) does not open. Is it plugged in, and does no other program use it? "
+                "`stereo-lab ready` looks what there is."
+            )
+        self.thread = threading.Thread(target=self._run, name=f"camera {word}", daemon=True)
+
+    def _open(self):
+        capture = self._open_capture(self.number)
+        if not capture.isOpened():
+            capture.release()
+            return None
+        for what, value in (
+            (cv2.CAP_PROP_FRAME_WIDTH, self.size[0]), (cv2.CAP_PROP_FRAME_HEIGHT, self.size[1]), (cv2.CAP_PROP_FPS, self.rate_hz),
+        ):  # fmt: skip
+            capture.set(what, value)
+        return capture
+
+    def _run(self):
+        while not self.stopped:
+            if self._capture is None:
+                self._sleep(AGAIN_S)
+                self._capture = None if self.stopped else self._open()
+                continue
+            good, picture = self._capture.read()
+            now = self._clock()
+            if not good or picture is None:
+                self._trouble("gave no picture and was let go; it is opened again every second. Is it plugged in?")
+                self._capture.release()
+                self._capture = None
+                continue
+            self._take(now, picture)
+        if self._capture is not None:
+            self._capture.release()
+
+    def _take(self, now, picture):
+        with self._news:
+            wrong = what_is_wrong(picture, self.size)
+            if wrong:
+                self.trouble, self.passed_over = wrong, self.passed_over + 1
+            else:
+                self.trouble = ""
+                self.taken.append((now, picture))
+            self._news.notify_all()
+
+    def _trouble(self, words):
+        with self._news:
+            self.trouble = words
+            self._news.notify_all()
+
+    def _sleep(self, seconds):
+        with self._news:
+            self._news.wait_for(lambda: self.stopped, seconds)
+
+    def forget(self):
+        """How many pictures were passed over since the last time."""
+        count, self.passed_over = self.passed_over, 0
+        return count
+
+    def words(self, since_s):
+        """Why nothing new comes from it; empty where something does."""
+        if self.trouble:
+            return f"The {self.word} camera ({self.number}) {self.trouble}"
+        if not self.taken or self.taken[-1][0] <= since_s:
+            return (
+                f"The {self.word} camera ({self.number}) is open and gives no pictures. Unplug it and plug it in again."
+            )
+        return ""
+
+    def stop(self):
+        with self._news:
+            self.stopped = True
+            self._news.notify_all()
+
+    def end(self):
+        """Wait for the thread; one that hangs in its driver dies with the program."""
+        if self.thread.is_alive():
+            self.thread.join(JOIN_S)
+        elif self._capture is not None:  # it never ran
+            self._capture.release()
+
+
+def what_is_wrong(picture: np.ndarray, size: tuple[int, int]) -> str:
+    """What makes a picture useless, in words; empty where nothing does.
+
+    Parameters
+    ----------
+    picture : ndarray, BGR uint8
+    size : (width, height), px, what it should have
+    """
+    wide, high = picture.shape[1::-1]
+    if (wide, high) != tuple(size):
+        return f"gives pictures of {wide}x{high} instead of {size[0]}x{size[1]}. Ask for that size, or calibrate these cameras at it."
+    if picture.max() < BLACK:
+        return "gives black pictures. Is its lens covered?"
+    if (picture[-TAIL:] == picture[-1, -1]).all() and picture[-1, -1].max() < WHITE:
+        return "gives pictures that end in plain rows: they are cut off on their way. Try another cable or port, or fewer pairs a second."
+    return ""

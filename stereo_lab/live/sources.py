@@ -1,0 +1,204 @@
+"""Where pictures come from while they are looked at: a recording, or two cameras. Both look the same to every cell."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from stereo_lab.errors import StereoLabError
+from stereo_lab.recording import Recording, open_recording
+
+FILM = "track"  # the set of a recording whose pictures follow one another
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """One pair of pictures, as it came.
+
+    Attributes
+    ----------
+    time_s : float, when it was taken, by the source's clock
+    left, right : ndarray, (height, width, 3), BGR uint8
+    skew_s : float, how much later the right picture was taken than the left one
+    dropped : int, pairs that were lost since the frame before, or that nobody fetched in time
+    """
+
+    time_s: float
+    left: np.ndarray
+    right: np.ndarray
+    skew_s: float = 0.0
+    dropped: int = 0
+
+
+class Source(Protocol):
+    """What every cell asks of a source; :class:`StereoSource` brings the rest.
+
+    Attributes
+    ----------
+    name : str
+    size : (width, height), px
+    rate_hz : float, how many pairs it gives a second
+    """
+
+    name: str
+    size: tuple[int, int]
+    rate_hz: float
+
+    def read(self) -> Frame | None:
+        """The next pair; None where there are no more."""
+
+    def close(self) -> None:
+        """Let go of what it holds; more than once does no harm."""
+
+
+class StereoSource(AbstractContextManager["StereoSource"]):
+    """A source that is closed by ``with``, and gives its frames to a ``for``."""
+
+    name: str
+    size: tuple[int, int]
+    rate_hz: float
+
+    def read(self) -> Frame | None:
+        """The next pair; None where there are no more."""
+        raise NotImplementedError
+
+    def close(self) -> None:
+        """Let go of what it holds."""
+        raise NotImplementedError
+
+    def __iter__(self) -> Iterator[Frame]:
+        while (frame := self.read()) is not None:
+            yield frame
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class Pace:
+    """Gives pictures out at a rate, as cameras do: who comes late gets the newest one.
+
+    Parameters
+    ----------
+    rate_hz : float
+    clock, sleep : function, seconds and waiting for some
+    """
+
+    def __init__(self, rate_hz: float, clock: Callable[[], float], sleep: Callable[[float], None]) -> None:
+        self.rate_hz, self._clock, self._sleep = rate_hz, clock, sleep
+        self._start: float | None = None
+
+    def due(self, number: int) -> int:
+        """Wait for the picture of a number, counted from 0; the number of the newest one, where that is over."""
+        now = self._clock()
+        self._start = now if self._start is None else self._start
+        newest = int((now - self._start) * self.rate_hz)
+        if newest < number:
+            self._sleep(number / self.rate_hz - (now - self._start))
+        return max(newest, number)
+
+
+class RecordingSource(StereoSource):
+    """The film of a recording: the pictures that follow one another.
+
+    At its own rate it behaves as cameras do: who comes late gets the newest pair, and the others are dropped.
+
+    Parameters
+    ----------
+    recording : Recording
+    set_name : str, optional, the set to show; else the film, or where there is none the largest set with the ball in it,
+        whose pictures do not follow one another
+    fast : bool, every pair, one after the other, as fast as they are asked for
+    clock, sleep : function, seconds and waiting for some
+
+    Raises
+    ------
+    StereoLabError
+        If the recording has no such set, or only left pictures in it.
+    """
+
+    def __init__(
+        self,
+        recording: Recording,
+        set_name: str | None = None,
+        fast: bool = False,
+        clock: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        set_name = _film(recording) if set_name is None else set_name
+        self.name, self.size, self.rate_hz = f"{recording.name}, {set_name}", recording.image_size, recording.frame_rate
+        self.pairs = recording.pairs(set_name)
+        alone = [pair.name for pair in self.pairs if pair.right_path is None]
+        if alone:
+            raise StereoLabError(f"{self.name}: expected pairs, but {alone[0]} has no right picture.")
+        self._pace = None if fast else Pace(self.rate_hz, clock, sleep)
+        self._next = 0
+
+    def read(self) -> Frame | None:
+        """The next pair, when it is due; None after the last one."""
+        newest = self._next if self._pace is None else min(self._pace.due(self._next), len(self.pairs))
+        dropped, self._next = newest - self._next, newest + 1
+        if newest >= len(self.pairs):
+            return None
+        pair = self.pairs[newest]
+        return Frame(newest / self.rate_hz, pair.left, pair.right, dropped=dropped)
+
+    def close(self) -> None:
+        """No more pairs come."""
+        self._next = len(self.pairs)
+
+
+def _film(recording):
+    """The set whose pictures follow one another, or the one that comes nearest to it."""
+    if FILM in recording.sets:
+        return FILM
+    if not recording.ball_sets:
+        raise StereoLabError(
+            f"{recording.name} has no pictures of a ball to look at: a set named {FILM}, taken in one go, is best."
+        )
+    return max(recording.ball_sets, key=lambda name: len(recording.pairs(name)))
+
+
+def open_source(
+    name: str | Path = "bench", size: tuple[int, int] = (640, 480), rate_hz: float = 30.0, fast: bool = False
+) -> StereoSource:
+    """Pictures as they come: of a recording, of two cameras, or of the virtual bench.
+
+    Parameters
+    ----------
+    name : str or Path
+        A recording's name or folder; or ``cameras:0,1``, the numbers of the left and the right camera, or the
+        addresses that OpenCV opens as such; or ``virtual``, ``virtual:NAME`` for the bench of another recording.
+    size : (width, height), px, what cameras are asked for
+    rate_hz : float, pairs a second that cameras are asked for, or that are drawn
+    fast : bool, every pair of a recording or of the virtual bench, as fast as they are asked for
+
+    Returns
+    -------
+    StereoSource
+        Close it, or use it with ``with``.
+
+    Raises
+    ------
+    StereoLabError
+        If there is no such recording, a camera does not open, or the words cannot be understood.
+    """
+    from stereo_lab.live.bench import VirtualBench
+    from stereo_lab.live.cameras import CameraSource
+
+    words = str(name)
+    kind, _, rest = words.partition(":")
+    if kind == "virtual":
+        return VirtualBench(open_recording(rest or None), rate_hz=rate_hz, fast=fast)
+    if kind != "cameras" or ":" not in words:
+        return RecordingSource(open_recording(name), fast=fast)
+    sides = [side.strip() for side in rest.split(",")]
+    if len(sides) != 2 or not all(sides) or sides[0] == sides[1]:
+        raise StereoLabError(f"Expected two different cameras, as in cameras:0,1; got {words!r}.")
+    left, right = (int(side) if side.isdecimal() else side for side in sides)
+    return CameraSource(left, right, size, rate_hz)
