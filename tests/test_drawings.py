@@ -57,7 +57,7 @@ def test_nothing_runs_through_a_belt():
     assert d.ELBOW_PULLEYS[1] < d.LINK_1[0] < d.LINK_1[1] < d.LINK_2[0]
     on_board, on_link = d.SHOULDER_PEGS
     assert on_board[1] + 1 < d.ELBOW_BELT[0]  # the belt of the elbow swings over it
-    assert on_link[0] - 3 > d.SHOULDER_BELT[1]  # and this one swings over the belt of the shoulder
+    assert on_link[0] - 2 > d.SHOULDER_BELT[1]  # and this one swings over the belt of the shoulder
     assert d.SHOULDER_SWITCH[1] < d.ELBOW_BELT[0]
     radius, tail = d.peg_circle_mm(END_STOPS_DEG[0]), d.tail_mm(BENCH_ARM)
     small, large = d.pulley_radius_mm(d.SMALL_PULLEY), d.pulley_radius_mm(d.LARGE_PULLEY)
@@ -69,7 +69,7 @@ def test_nothing_runs_through_a_belt():
 @pytest.mark.parametrize(
     ("pegs", "long_mm", "plates", "washers"),
     [
-        (drawings.SHOULDER_PEGS, 35, (drawings.FRONT_BOARD, drawings.LINK_1), (3, 3)),
+        (drawings.SHOULDER_PEGS, 35, (drawings.FRONT_BOARD, drawings.LINK_1), (3, 2)),
         (drawings.ELBOW_PEGS, 16, (drawings.LINK_1, drawings.ELBOW_DOUBLER), (0, 0)),
     ],
 )
@@ -83,10 +83,10 @@ def test_pegs_are_screws_that_are_sold_and_meet_beside_their_nuts(pegs, long_mm,
     assert high - low >= 4
     if pegs is drawings.ELBOW_PEGS:  # its switch lies between the links, under the peg that turns
         switch = drawings.ELBOW_SWITCH
-        assert switch[0] == drawings.LINK_1[1] and switch[1] < drawings.LINK_2[0] - drawings.THIN_NUT_MM
-        assert before[0] < sum(switch) / 2 + 2  # half of its lever
+        assert switch[0] == drawings.LINK_1[1] + 1.5 and switch[1] + 1 < drawings.LINK_2[0] - drawings.THIN_NUT_MM
+        assert before[0] <= sum(switch) / 2 + 1.8 - 2.5  # the lever is 3.6 wide: the shank lies across most of it
     else:
-        assert before[0] < sum(drawings.SHOULDER_SWITCH) / 2 + 2
+        assert before[0] <= sum(drawings.SHOULDER_SWITCH) / 2 + 1.8 - 2.5
 
 
 @pytest.mark.parametrize(("j", "told_mm"), [(0, 5), (1, 2)])
@@ -137,3 +137,34 @@ def test_the_arm_hangs_off_the_table():
     height = 515
     assert f"{height} mm above the table" in PAGE
     assert height - sum((BENCH_ARM.l1_mm, BENCH_ARM.l2_mm)) - drawings.LINK_MM / 2 > 40
+
+
+@pytest.mark.parametrize("j", [0, 1])
+def test_the_peg_comes_across_the_lever_and_off_it_again(j):
+    """From its switch's place to the end stop the peg presses the lever deeper, and five degrees before it the lever is free."""
+    middle, along = drawings.switch_box(j)
+    hinge, tip = (complex(*place) for place in drawings.lever(j))
+    lever = (tip - hinge) / abs(tip - hinge)
+    side = 1 if ((complex(*middle) - hinge) * lever.conjugate()).imag > 0 else -1
+
+    def pressed_mm(angle):
+        """How far the lever's free end gives way to the peg, from where the lever is drawn, towards the switch."""
+        peg = complex(*drawings.around(drawings.peg_circle_mm(END_STOPS_DEG[j]), angle)) - hinge
+        along_mm = (peg * lever.conjugate()).real
+        beside = side * (peg * lever.conjugate()).imag
+        assert along_mm > 2
+        return (beside + drawings.PEG_MM / 2) * drawings.LEVER_MM / along_mm
+
+    closes, stop = SWITCHES_DEG[j], END_STOPS_DEG[j][0]
+    places = [pressed_mm(angle) for angle in (closes + 10, closes + 5, closes, (closes + stop) / 2, stop)]
+    assert places == sorted(places)
+    assert places[2] - places[1] > 0.3
+
+
+def test_the_lever_keeps_off_the_fixed_peg():
+    for j, nut_mm in ((0, 0.0), (1, 4.6)):  # the elbow's nut is as deep as the lever
+        hinge = complex(*drawings.lever(j)[0])
+        fixed = complex(
+            *drawings.around(drawings.peg_circle_mm(END_STOPS_DEG[j]), drawings.fixed_peg_deg(END_STOPS_DEG[j]))
+        )
+        assert abs(fixed - hinge) > drawings.LEVER_MM + max(nut_mm, drawings.PEG_MM / 2)

@@ -28,6 +28,7 @@ SWITCH_ASIDE_MM, SWITCH_OFF_MM = (
     5.0,
     2.0,
 )  # how far it sits before the place where it closes, and beside the way of the peg
+SWITCH_MOVED_MM = (complex(-2.2, 0), complex(-3, -2.7))  # so that the peg comes across its lever, and not along it
 LEVER_MM, LEVER_DEG = 17.0, 10.0  # its lever, and how that stands off its side
 PLAY_MM = 4.0  # how far a motor can be pushed along its belt
 BLACK, BLUE, ORANGE, GREEN, RED, WOOD, NUT = "#000000", "#0072B2", "#E69F00", "#009E73", "#D55E00", "#F3E3C3", "#E8A07A"
@@ -37,14 +38,17 @@ NUT_MM, THIN_NUT_MM = 4.0, 2.7  # how high a nut M5 is, and a thin one
 BACK_BOARD, SPACERS, FRONT_BOARD = (-46.0, -38.0), (-38.0, -8.0), (-8.0, 0.0)
 SHOULDER_AXLE, SHOULDER_MOTOR = (-58.0, 66.0), (-4.0 - MOTOR_LONG_MM, -4.0)
 SHOULDER_PULLEYS, SHOULDER_BELT = (2.0, 18.0), (10.5, 16.5)
-SHOULDER_PEGS = ((-11.0, 24.0), (20.0, 55.0))  # on the board, on link 1: screws of 35 mm, each with three washers
-SHOULDER_SWITCH = (16.0, 22.4)  # on a block of 16 mm
-ELBOW_PULLEYS, ELBOW_BELT = (25.0, 41.0), (26.5, 32.5)
+SHOULDER_PEGS = (
+    (-11.0, 24.0),
+    (19.0, 54.0),
+)  # on the board, on link 1: screws of 35 mm, with three washers and with two
+SHOULDER_SWITCH = (17.0, 23.4)  # on a block of 16 mm and 1 mm of card
+ELBOW_PULLEYS, ELBOW_BELT = (26.0, 42.0), (27.5, 33.5)
 LINK_1, LINK_2 = (44.0, 52.0), (64.0, 68.0)
 ELBOW_MOTOR = (48.0, 48.0 + MOTOR_LONG_MM)
 ELBOW_PEGS = ((44.0, 60.0), (56.0, 72.0))  # on link 1 from behind, countersunk; on link 2 from before: screws of 16 mm
 ELBOW_DOUBLER = (68.0, 72.0)  # a second layer of link 2, where its peg is
-ELBOW_SWITCH = (52.0, 58.4)
+ELBOW_SWITCH = (53.5, 59.9)  # on 1.5 mm of card
 ELBOW_AXLE = (25.0, 80.0)
 
 
@@ -180,7 +184,8 @@ def switch_box(j: int, turned_deg: float = 0.0) -> tuple[tuple[float, float], fl
     """
     radius = peg_circle_mm(END_STOPS_DEG[j]) + PEG_MM / 2 + SWITCH_OFF_MM + SWITCH_MM[1] / 2
     middle = SWITCHES_DEG[j] + math.degrees(SWITCH_ASIDE_MM / radius) + turned_deg
-    return around(radius, middle), middle + 90
+    place = complex(*around(radius, middle)) + SWITCH_MOVED_MM[j] * complex(*around(1.0, turned_deg))
+    return (place.real, place.imag), middle + 90
 
 
 def lever(j: int, turned_deg: float = 0.0) -> list[tuple[float, float]]:
@@ -197,10 +202,10 @@ def front(arm: TwoLinkArm, folder: Path) -> None:
     tail, behind = tail_mm(arm), axles_apart_mm(SHOULDER_BELT_MM)
     elbow, motors = around(arm.l1_mm, one), ((0.0, -behind), around(-tail, one))
     hand = around(arm.l2_mm, one + other, elbow)
-    s = Svg((-far - 15, -far - 90), (far + 15, far + 30))
-    s.box(-30, -far - 65, 60, far - 15, WOOD)
+    s = Svg((-far - 15, -far - 80), (far + 15, far + 30))
+    s.box(-30, -far - 55, 60, far - 25, WOOD)
     s.box(-65, -190, 130, 260, WOOD)
-    s.box(-150, -far - 75, 300, 10, WOOD)
+    s.box(-150, -far - 65, 300, 10, WOOD)
     s.circle(0, 0, far, color="#999999", dash="6 4")
     s.line([(0, 0), (far - 40, 0)], "#999999", 0.4, "4 3")
     s.text(far - 42, -14, "0°", 11, "end", "#555555")
@@ -234,7 +239,7 @@ def front(arm: TwoLinkArm, folder: Path) -> None:
     s.text(-far, -far - 20, f"links {arm.l1_mm:g} and {arm.l2_mm:g} mm from axle to axle", 11)
     s.text(-far, -far - 35, "red dots: the pegs that end the ranges; red boxes: switches", 11, color=RED)
     s.text(-far, -far - 50, "black: belts; light grey: motors; dark grey: steel", 11)
-    s.text(-far, -far - 84, f"the shoulder's axle is {far + 65:g} mm above the table", 11)
+    s.text(-far, -far - 74, f"the shoulder's axle is {far + 65:g} mm above the table", 11)
     s.write(
         folder / "front.svg", "The arm as the cameras see it, with the ranges of both joints; the page says the same"
     )
@@ -287,7 +292,7 @@ def layers(arm: TwoLinkArm, folder: Path) -> None:
     for _, (low, high), start, end, fill in parts:
         s.box(start, deep * low, end - start, deep * (high - low), fill)
     for apart in (-STEEL_MM, STEEL_MM):
-        s.box(-tail + apart - 5, deep * 37.5, 10, deep * 30, "#777777")
+        s.box(-tail + apart - 5, deep * 37.6, 10, deep * 36.4, "#777777")
     told = sorted((part for part in parts if part[0]), key=lambda part: sum(part[1]))
     for k, (words, (low, high), _, end, _) in enumerate(told):
         height, level = deep * (low + high) / 2, deep * -40 + 30 * k
@@ -327,7 +332,7 @@ def template(arm: TwoLinkArm, folder: Path) -> None:
     )
     _hole(s, 0, 0, 8, "0: axle 8")
     _hole(s, l1, 0, 16)
-    s.text(l1 + 34, -25, f"{l1:g}: 16, bearings", 5, "end")
+    s.text(l1 + 34, -37, f"{l1:g}: 16, bearings", 5, "end")
     _motor(s, -tail, 0, f"−{tail:.1f}: motor; opening in the front layer")
     for apart in (-STEEL_MM, STEEL_MM):
         _hole(s, -tail + apart, 0, 10, f"−{tail - apart:.0f}: 10")
@@ -335,19 +340,24 @@ def template(arm: TwoLinkArm, folder: Path) -> None:
     _peg(s, radius1, 0, f"{radius1:.1f}: peg")
     fixed = around(radius2, fixed_peg_deg(END_STOPS_DEG[1]))
     _peg(s, l1 + fixed[0], fixed[1])
-    s.text(l1 - 40, -31, f"peg {l1 + fixed[0]:.1f}, and {fixed[1]:.1f} up", 5, "end", RED)
-    s.area([(l1 - 36, -17), (l1 - 36, -27), (l1 - 8, -27), (l1 - 8, -15)], "none")
-    s.text(l1 - 40, -25, "an ear for the switch, on both layers", 5, "end")
+    s.text(l1 - 42, -31, f"peg {l1 + fixed[0]:.1f}, and {fixed[1]:.1f} up", 5, "end", RED)
+    s.area([(l1 - 38, -17), (l1 - 38, -31), (l1 - 6, -31), (l1 - 6, -15)], "none")
+    s.text(l1 - 42, -25, "an ear for the switch, on both layers", 5, "end")
     _switch(s, 1, (l1, 0))
     s.area([(x, y - 70) for x, y in bar((0, 0), 0, 0, arm.l2_mm)], "none")
     s.text(arm.l2_mm / 2, -48, "link 2, once: mm from the elbow's axle", 6, "middle")
     _hole(s, 0, -70, 8, "0: axle 8", "end")
     _hole(s, arm.l2_mm, -70, 3, f"{arm.l2_mm:g}: hand 3", "end")
     _peg(s, radius2, -70, f"{radius2:.1f}: peg")
+    s.area([(12, -80), (27, -80), (27, -60), (12, -60)], "none")
+    s.text(31, -68, "piece on the front, 20 x 15", 5)
     x, y = -tail + 110, -185  # the front board lies on its side: up is to the left
     s.box(x - 70, y - 65, 260, 130, "none")
     s.text(x - 66, y + 69, "front board, twice: glue both layers; up is to the left", 6)
-    s.text(x + 186, y + 56, "the post is screwed behind this end", 6, "end")
+    s.text(x + 186, y + 56, "the post is screwed behind this end: 4 x 25", 6, "end")
+    for along in (95, 175):
+        for across in (-20, 20):
+            _hole(s, x + along, y + across, 4)
     _hole(s, x, y, 22, "0: 22, bearing 608")
     _motor(s, x + behind, y, f"−{behind:.1f}: motor; opening in the back layer")
     fixed = around(radius1, fixed_peg_deg(END_STOPS_DEG[0]))
