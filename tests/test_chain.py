@@ -189,6 +189,7 @@ def test_every_command_has_help_with_an_example():
         assert code == 0 and "example:" in out
 
 
+@pytest.mark.slow
 def test_bench_measures_every_way(bench, bench_calibration, monkeypatch):
     monkeypatch.setattr(measure, "PAIRS", 3)
     monkeypatch.setattr(measure, "POINTS", 20_000)

@@ -355,9 +355,8 @@ def template(arm: TwoLinkArm, folder: Path) -> None:
     s.box(x - 70, y - 65, 260, 130, "none")
     s.text(x - 66, y + 69, "front board, twice: glue both layers; up is to the left", 6)
     s.text(x + 186, y + 56, "the post is screwed behind this end: 4 x 25", 6, "end")
-    for along in (95, 175):
-        for across in (-20, 20):
-            _hole(s, x + along, y + across, 4)
+    for screw in ((95, -20), (95, 20), (175, -20), (175, 20)):
+        _hole(s, x + screw[0], y + screw[1], 4)
     _hole(s, x, y, 22, "0: 22, bearing 608")
     _motor(s, x + behind, y, f"−{behind:.1f}: motor; opening in the back layer")
     fixed = around(radius1, fixed_peg_deg(END_STOPS_DEG[0]))
