@@ -12,6 +12,7 @@ from stereo_lab.cli.terminal import OK, WANTING, Progress, me, write_json_option
 from stereo_lab.errors import StereoLabError
 
 FRAMES_LEARNED = 60  # of a video: enough that some show the ball clearly
+MOST_CORES = 4  # each holds 100 MB
 
 
 def run_demo(options: argparse.Namespace) -> int:
@@ -26,7 +27,7 @@ def run_demo(options: argparse.Namespace) -> int:
     say = (lambda *_: None) if quiet else print
     say(f"{recording.title}\n({report.kind_of(recording)}; {recording.path})\n")
     with Progress() as progress:
-        results = evaluate(recording, progress)
+        results = evaluate(recording, progress, cores=min(os.cpu_count() or 1, MOST_CORES))
     say(f"Calibration: {results.calibration_source}.\n")
     say(report.page(results))
     report.write(results, options.report)

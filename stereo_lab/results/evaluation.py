@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from stereo_lab.calibration import StereoCalibration, find_calibration
+from stereo_lab.common.processes import on_all_cores
 from stereo_lab.detection import HUES, BallDetector, Detection
 from stereo_lab.errors import StereoLabError
 from stereo_lab.localization import Localizer, find_pair
@@ -145,7 +147,7 @@ def reliability(told: Sequence[float], right: Sequence[bool], bins: int = 10) ->
 
 
 def evaluate(
-    recording: Recording, report: Callable[[str, int, int], object] = lambda step, done, total: None
+    recording: Recording, report: Callable[[str, int, int], object] = lambda step, done, total: None, cores: int = 1
 ) -> Results:
     """Run the whole chain, the paper's way and ours, on all sets that a recording has.
 
@@ -153,6 +155,7 @@ def evaluate(
     ----------
     recording : Recording
     report : callable (step, done, total), told about progress
+    cores : int, so many processes look at clutter, where most of the time goes
 
     Returns
     -------
@@ -164,7 +167,7 @@ def evaluate(
         results.snaps = _snaps(recording, calibration, report)
     clutter = clutter_of(recording)
     if clutter is not None:
-        results.clutter = _clutter(clutter, calibration, report)
+        results.clutter = _clutter(clutter, calibration, report, cores)
     if recording.has_samples("position") and recording.has_samples("depth"):
         judges = recording.judges()
         results.localizers["cone"] = Localizer.fit(recording, "cone", calibration, leave_out=judges)
@@ -207,21 +210,14 @@ def clutter_of(recording: Recording) -> Recording | None:
     return None
 
 
-def _clutter(clutter, calibration, report):
+def _clutter(clutter, calibration, report, cores):
     """Frames, and how many were answered rightly: the right ball, or rightly none."""
     frames = [(s, pair) for s in clutter.sets for pair in clutter.pairs(s)]
     right = dict.fromkeys(METHODS, 0)
-    cameras = {side: calibration.camera(side) for side in ("left", "right")}
-    detectors = {
-        (method, color): [BallDetector(color, method, camera) for camera in cameras.values()]
-        for method in METHODS for color in {color_of(clutter, s) for s in clutter.sets}
-    }  # fmt: skip
-    for k, (set_name, pair) in enumerate(frames):
+    for k, answers in enumerate(on_all_cores(partial(_told_rightly, clutter, calibration), frames, cores)):
         report("tell the ball from clutter", k, len(frames))
-        true = clutter.true_ball(set_name, pair.name)
         for method in METHODS:
-            both = detectors[method, color_of(clutter, set_name)]
-            right[method] += _clutter_right(method, both, clutter, calibration, pair, true)
+            right[method] += answers[method]
     report("tell the ball from clutter", len(frames), len(frames))
     return {m: {"frames": len(frames), "right": int(right[m])} for m in METHODS}
 
@@ -229,6 +225,18 @@ def _clutter(clutter, calibration, report):
 def color_of(recording: Recording, set_name: str) -> str:
     """The ball's colour in a set: sets of another ball are named after its colour."""
     return set_name if set_name in HUES else recording.ball.color
+
+
+def _told_rightly(clutter, calibration, frame):
+    """Whether each method answers one frame (set, pair) rightly."""
+    set_name, pair = frame
+    true = clutter.true_ball(set_name, pair.name)
+    cameras = [calibration.camera(side) for side in ("left", "right")]
+    right = {}
+    for method in METHODS:
+        detectors = [BallDetector(color_of(clutter, set_name), method, camera) for camera in cameras]
+        right[method] = _clutter_right(method, detectors, clutter, calibration, pair, true)
+    return right
 
 
 def _clutter_right(method, detectors, clutter, calibration, pair, true):
