@@ -114,6 +114,26 @@ class Arm:
             return self.run(f"MA {goals[0]:.3f} {goals[1]:.3f} {GENTLY_PERCENT}")
         return self.run(f"MA {goals[0]:.3f} {goals[1]:.3f}")
 
+    def steer(self, angles: JointAngles, percent: float = 100.0) -> None:
+        """Set off for these angles and come back at once. A move under way goes on to the new goal without a halt.
+
+        Who steers asks for :meth:`status` a few times a second, else the watchdog stops the arm.
+
+        Parameters
+        ----------
+        angles : JointAngles
+        percent : float, 1 to 100, of the usual speed
+
+        Raises
+        ------
+        UnreachableTargetError
+            Beyond a limit; nothing is sent then.
+        ArmError
+            If the arm is off or stopped, or does not answer.
+        """
+        goals = self.goals_deg(angles)
+        self.command(f"MA {goals[0]:.3f} {goals[1]:.3f} {percent:.0f}")
+
     def goals_deg(self, angles: JointAngles) -> list[float]:
         """The two numbers that a move to these angles sends; refuses what is beyond a limit, and sends nothing.
 
@@ -191,6 +211,21 @@ class Arm:
         stereo_lab.arm.protocol.Status
         """
         return self.line.status()
+
+    def check(self) -> wire.Status:
+        """The same of an arm that should be at work.
+
+        Raises
+        ------
+        ArmError
+            If its motors are off, or it was stopped: why.
+        """
+        status = self.status()
+        if status.fault != "-" or status.state == "stop":
+            raise ArmError(self._why_it_stopped(status) + " When that is mended: arm.enable().")
+        if status.state == "off":
+            raise ArmError(f"The motors of the arm on {self.name} are off: arm.enable().")
+        return status
 
     @property
     def homed(self) -> bool:

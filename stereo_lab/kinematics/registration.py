@@ -163,10 +163,14 @@ class Registration:
         UnreachableTargetError
             If the place is out of reach, or beyond a limit.
         """
-        inside = _rotation(*self.values[3:5]).T @ _upright(np.array([x_mm, y_mm, depth_mm]) - self.values[:3])
+        inside = self.in_arm(x_mm, y_mm, depth_mm)
         zero1, zero2 = self.values[5:7]
         poses = self.arm.extended(beyond_mm).solutions(float(inside[0]), float(inside[1]))
         return [JointAngles(float(p.theta1_deg - zero1), float(p.theta2_deg - zero2)) for p in poses]
+
+    def in_arm(self, x_mm: float, y_mm: float, depth_mm: float) -> np.ndarray:
+        """A place of the bench frame as the arm has it: x and y in the plane of its hand, from its shoulder, and z before it, mm."""
+        return _rotation(*self.values[3:5]).T @ _upright(np.array([x_mm, y_mm, depth_mm]) - self.values[:3])
 
     def differences(self, arm: TwoLinkArm) -> list[str]:
         """Sentences on what is surely not as told: the links and the zeros.

@@ -1,18 +1,27 @@
 """Lesson 07: pictures as they come, from a recording, from two cameras, or drawn; and a ball followed in them."""
 
-from stereo_lab.live.bench import DrawnCameras, VirtualBench
+from stereo_lab.live.bench import DrawnCameras, VirtualBench, round_trip
 from stereo_lab.live.cameras import CameraSource
+from stereo_lab.live.follower import Follower, Step
+from stereo_lab.live.run import Moment, run
 from stereo_lab.live.sources import Frame, RecordingSource, Source, open_source
+from stereo_lab.live.touching import touch_in_turn
 from stereo_lab.live.tracker import Track, Tracker
 
 __all__ = [
     "CameraSource",
     "DrawnCameras",
+    "Follower",
     "Frame",
+    "Moment",
     "RecordingSource",
     "Source",
+    "Step",
     "Track",
     "Tracker",
     "VirtualBench",
     "open_source",
+    "round_trip",
+    "run",
+    "touch_in_turn",
 ]

@@ -6,6 +6,7 @@ Every ray that meets the ball is the ball, through the cameras' own lenses; the 
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -84,6 +85,7 @@ class VirtualBench(StereoSource):
     arm : object with ``link_deg``, optional: the port of a virtual arm, drawn where its joints are
     rate_hz : float, pairs a second
     fast : bool, as fast as they are asked for; the bench's time goes on by one picture each time
+    late : int, so many pictures later a pair is handed over: webcams take their time
     seed : int, for the noise
     clock, sleep : function, seconds and waiting for some
 
@@ -105,6 +107,7 @@ class VirtualBench(StereoSource):
         arm: Any = None,
         rate_hz: float = 30.0,
         fast: bool = False,
+        late: int = 0,
         seed: int = 0,
         clock: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], None] = time.sleep,
@@ -126,11 +129,18 @@ class VirtualBench(StereoSource):
         self._noise = np.round(rng.normal(0, NOISE, (high + ROOM, wide + ROOM, 3))).astype(np.int16)
         self._rng, self._next, self._closed = rng, 0, False
         self._pace = None if fast else Pace(rate_hz, clock, sleep)
+        self.late, self._on_their_way = late, deque[Frame]()
 
     def read(self) -> Frame | None:
         """The next pair, when it is due; None once the bench is closed."""
-        if self._closed:
-            return None
+        while not self._closed:
+            self._on_their_way.append(self._take())
+            if len(self._on_their_way) > self.late:
+                return self._on_their_way.popleft()
+        return None
+
+    def _take(self):
+        """One pair, as things stand when it is due."""
         newest = self._next if self._pace is None else self._pace.due(self._next)
         dropped, self._next, time_s = newest - self._next, newest + 1, newest / self.rate_hz
         if self.path is None:
@@ -138,6 +148,10 @@ class VirtualBench(StereoSource):
         else:
             left, right = self.draw(self.path(time_s - EXPOSURE_S / 2), self.path(time_s + EXPOSURE_S / 2))
         return Frame(time_s, left, right, dropped=dropped)
+
+    def now(self) -> float:
+        """The time by the clock of its frames, seconds; where it goes as fast as it can, that of the newest one."""
+        return max(self._next - 1, 0) / self.rate_hz if self._pace is None else self._pace.now()
 
     def draw(self, ball: Sequence[float] | None, until: Sequence[float] | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Both pictures, BGR, of a ball at (x, y, depth) in mm.
@@ -231,6 +245,33 @@ class VirtualBench(StereoSource):
     def close(self) -> None:
         """No more pictures come."""
         self._closed = True
+
+
+def round_trip(recording: Recording, speed_mm_s: float = 100.0) -> Callable[[float], tuple[float, float, float]]:
+    """A path for the ball of a virtual bench: a circle in the arm's plane, within its reach.
+
+    Parameters
+    ----------
+    recording : Recording, whose arm it is
+    speed_mm_s : float
+
+    Returns
+    -------
+    function of the time in seconds, giving (x, y, depth) in mm
+    """
+    near, far = recording.arm.reach_mm
+    up, radius = (near + far) / 2, (far - near) / 5
+    turns = speed_mm_s / radius  # radians a second
+
+    def path(time_s: float) -> tuple[float, float, float]:
+        angle = turns * time_s
+        return (
+            float(radius * np.cos(angle)),
+            float(up + radius * np.sin(angle)),
+            float(recording.arm_depth_mm),
+        )
+
+    return path
 
 
 class DrawnCameras:

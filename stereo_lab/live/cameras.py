@@ -56,7 +56,7 @@ class CameraSource(StereoSource):
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.name, self.size, self.rate_hz, self.silent_s = f"cameras:{left},{right}", size, rate_hz, silent_s
-        self._news = threading.Condition()
+        self._news, self._clock = threading.Condition(), clock
         self._sides: list[_Side] = []
         self._given = [float("-inf")] * 2  # when the pictures of the newest pair given were taken
         try:
@@ -107,6 +107,10 @@ class CameraSource(StereoSource):
                 f"apart, half a frame is {500 / self.rate_hz:.0f}. Ask for fewer pairs a second."
             )
         return " ".join(words for words in said if words)
+
+    def now(self) -> float:
+        """The time by the clock of its frames, seconds."""
+        return self._clock()
 
     def close(self) -> None:
         """Let both cameras go."""

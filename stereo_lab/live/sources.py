@@ -53,6 +53,9 @@ class Source(Protocol):
     def read(self) -> Frame | None:
         """The next pair; None where there are no more."""
 
+    def now(self) -> float:
+        """The time by the clock of its frames, seconds."""
+
     def close(self) -> None:
         """Let go of what it holds; more than once does no harm."""
 
@@ -66,6 +69,10 @@ class StereoSource(AbstractContextManager["StereoSource"]):
 
     def read(self) -> Frame | None:
         """The next pair; None where there are no more."""
+        raise NotImplementedError
+
+    def now(self) -> float:
+        """The time by the clock of its frames, seconds: a frame is ``now() - frame.time_s`` old."""
         raise NotImplementedError
 
     def close(self) -> None:
@@ -102,6 +109,10 @@ class Pace:
             self._sleep(number / self.rate_hz - (now - self._start))
         return max(newest, number)
 
+    def now(self) -> float:
+        """Seconds since the first picture was due."""
+        return 0.0 if self._start is None else self._clock() - self._start
+
 
 class RecordingSource(StereoSource):
     """The film of a recording: the pictures that follow one another.
@@ -132,6 +143,7 @@ class RecordingSource(StereoSource):
     ) -> None:
         set_name = _film(recording) if set_name is None else set_name
         self.name, self.size, self.rate_hz = f"{recording.name}, {set_name}", recording.image_size, recording.frame_rate
+        self.recording = recording
         self.pairs = recording.pairs(set_name)
         alone = [pair.name for pair in self.pairs if pair.right_path is None]
         if alone:
@@ -147,6 +159,10 @@ class RecordingSource(StereoSource):
             return None
         pair = self.pairs[newest]
         return Frame(newest / self.rate_hz, pair.left, pair.right, dropped=dropped)
+
+    def now(self) -> float:
+        """The time by the clock of its frames, seconds; where it goes as fast as it can, that of the newest one."""
+        return max(self._next - 1, 0) / self.rate_hz if self._pace is None else self._pace.now()
 
     def close(self) -> None:
         """No more pairs come."""

@@ -41,6 +41,17 @@ class Track:
     seen: bool
     detections: tuple[Detection, Detection] | None
 
+    @property
+    def speed_mm_s(self) -> float:
+        """How fast it goes."""
+        return float(np.linalg.norm(self.velocity_mm_s))
+
+    def at(self, time_s: float) -> Position:
+        """Where the ball will be at a time, if nobody pushes it: on with its velocity, which is trusted less and less."""
+        ahead = FORGETS_S * (1 - np.exp((self.time_s - time_s) / FORGETS_S))
+        x, y, depth = (float(p + ahead * v) for p, v in zip(_vector(self.position), self.velocity_mm_s, strict=True))
+        return Position(x, y, depth)
+
 
 class Tracker:
     """Follows one ball: a Kalman filter of its place and its velocity.

@@ -1,0 +1,199 @@
+"""The commands of the live cell: run, log, watch."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import shutil
+import sys
+import time
+from typing import TYPE_CHECKING
+
+from stereo_lab.cli.terminal import OK, clear_line, write_json_option
+from stereo_lab.errors import StereoLabError
+
+if TYPE_CHECKING:
+    from stereo_lab.live import Moment
+    from stereo_lab.live.log import Run
+
+LINE_S = 0.2  # the live line is drawn anew so often; where nobody watches a terminal, every PLAIN_S
+PLAIN_S, WATCH_S = 5.0, 1.0
+
+
+def run_live(options: argparse.Namespace) -> int:
+    """Locate the ball in pictures as they come, and follow it with an arm, until the end or Ctrl-C."""
+    from stereo_lab.live import Follower, open_source, run, touch_in_turn
+    from stereo_lab.localization import Localizer
+    from stereo_lab.recording import open_recording
+
+    if options.touch and options.arm is None:
+        raise StereoLabError("--touch needs an arm: --arm virtual://arm, or the port of yours.")
+    with contextlib.ExitStack() as stack:
+        source = stack.enter_context(open_source(options.source, rate_hz=options.rate))
+        recording = getattr(source, "recording", None) or open_recording(options.recording)
+        localizer = Localizer.fit(recording)
+        arm = None if options.arm is None else stack.enter_context(_arm(options.arm, recording))
+        move_on = _set_the_stage(source, arm, options.touch)
+        sinks = _sinks(options, source, recording, localizer, stack)
+        try:
+            if options.touch:
+                for line in touch_in_turn(source, localizer, arm, recording, move_on=move_on, sinks=sinks):
+                    print(line, flush=True)
+            else:
+                follower = None if arm is None else Follower(arm, recording)
+                moments = run(source, localizer, follower, sinks, options.seconds)
+                _show(moments, sinks)
+        except KeyboardInterrupt:
+            clear_line()
+            print("Stopped.")
+    return OK
+
+
+def _arm(url, recording):
+    """A port, its limits told and its joints homed; a virtual one keeps the time of the clock."""
+    from stereo_lab.arm import connect
+
+    if url.startswith("virtual://") and "realtime" not in url:
+        url += ("&" if "?" in url else "?") + "realtime=1"
+    arm = connect(url)
+    try:
+        arm.set_limits(recording.arm.limits_deg)
+        if not arm.homed:
+            print("The arm moves: homing both joints …", flush=True)
+            arm.home()
+    except BaseException:
+        arm.close()
+        raise
+    return arm
+
+
+def _set_the_stage(source, arm, touch):
+    """On the virtual bench the arm is in the picture, and the ball goes round; or it moves on when it was touched."""
+    from stereo_lab.live import VirtualBench, round_trip
+
+    if not isinstance(source, VirtualBench):
+        return lambda touched: None
+    path = round_trip(source.recording)
+    source.arm = arm.port if hasattr(getattr(arm, "port", None), "link_deg") else None
+    source.path = None if touch else path
+
+    def move_on(touched):
+        source.ball_mm = path(2.0 * touched)
+
+    move_on(0)
+    return move_on
+
+
+def _sinks(options, source, recording, localizer, stack):
+    """Where the records of the run go."""
+    from stereo_lab.live.log import RunLog, header
+    from stereo_lab.live.telemetry import Broadcast, bench_name
+
+    head = header(source.name, options.arm or "", recording.name, localizer.calibration.facts())
+    sinks = []
+    if options.log:
+        sinks.append(RunLog(options.log, head))
+    if options.mqtt:
+        sinks.append(Broadcast(options.mqtt, bench_name(options.bench), head))
+    for sink in sinks:
+        stack.callback(sink.close)
+    return sinks
+
+
+def _show(moments, sinks):
+    """One line that is drawn anew; on a pipe a line every few seconds. What goes wrong with a log is told once."""
+    live, next_s, told = sys.stdout.isatty(), 0.0, set()
+    moment = None
+    for moment in moments:
+        for sink in sinks:
+            if sink.trouble and sink.trouble not in told:
+                told.add(sink.trouble)
+                clear_line()
+                print(sink.trouble, file=sys.stderr)
+        if time.monotonic() >= next_s:
+            next_s = time.monotonic() + (LINE_S if live else PLAIN_S)
+            _draw(moment, live)
+    if live:
+        print()
+    if moment is not None:
+        print(f"{moment.number + 1} pairs of pictures.")
+
+
+def _draw(moment, live):
+    words = line_of(moment)
+    if not live:
+        print(words, flush=True)
+        return
+    print("\r\033[K" + words[: shutil.get_terminal_size().columns - 1], end="", flush=True)
+
+
+def line_of(moment: Moment) -> str:
+    """A moment in one line of text."""
+    place = "-"
+    if moment.track is not None:
+        p = moment.track.position
+        place = f"x {p.x_mm:.0f}  y {p.y_mm:.0f}  depth {p.depth_mm:.0f} mm"
+    return (
+        f"{moment.frame.time_s:7.1f} s  {place:34s} {moment.rate_hz:3.0f}/s  {moment.latency_ms:3.0f} ms  "
+        f"CPU {moment.cpu_percent:3.0f} %  {moment.rss_mb:4.0f} MB  {moment.said}"
+    )
+
+
+def run_log(options: argparse.Namespace) -> int:
+    """Summarise the log of a run, draw it, and give it as a table."""
+    from stereo_lab.live.log import read_log, write_csv
+
+    found = read_log(options.file)
+    summary = found.summary()
+    print(*summary_lines(found, summary), sep="\n")
+    if options.csv:
+        write_csv(found, options.csv)
+        print(f"written: {options.csv}")
+    if options.plot:
+        from stereo_lab.plots.lesson07 import run_page
+
+        run_page(found, options.plot)
+        print(f"written: {options.plot}")
+    write_json_option(options.json, {"header": found.head, **summary})
+    return OK
+
+
+def summary_lines(found: Run, summary: dict) -> list[str]:
+    """The summary of a log in words."""
+    head = found.head
+    lines = [f"{head.get('source')} on {head.get('started')}, arm {head.get('arm') or 'none'}"]
+    lines.append(
+        f"{summary['pictures']} pairs in {summary['seconds']:.1f} s, the ball seen in {summary['seen']}; {summary['dropped']} dropped"
+    )
+    for name, words, unit in (
+        ("rate_hz", "rate", "/s"), ("latency_ms", "picture to order", " ms"), ("find_ms", "  finding the ball", " ms"),
+        ("steer_ms", "  steering", " ms"), ("cpu_percent", "CPU, of one core", " %"), ("rss_mb", "memory", " MB"),
+    ):  # fmt: skip
+        if (told := summary[name]) is not None:
+            lines.append(f"{words:20s} mean {told['mean']:.1f}{unit}, 95 % {told['p95']:.1f}, most {told['max']:.1f}")
+    lines += [f"  {count:6d} x {words}" for words, count in sorted(summary["said"].items(), key=lambda row: -row[1])]
+    if summary["broken_lines"]:
+        lines.append(f"{summary['broken_lines']} line(s) could not be read and are left out.")
+    return lines
+
+
+def run_watch(options: argparse.Namespace) -> int:
+    """Show a line a bench, until Ctrl-C."""
+    from stereo_lab.live.telemetry import Watch
+
+    until = time.monotonic() + (float("inf") if options.seconds is None else options.seconds)
+    watch, drawn = Watch(options.host), 0
+    live = sys.stdout.isatty()
+    try:
+        while time.monotonic() < until:
+            time.sleep(min(WATCH_S, max(0.0, until - time.monotonic())))
+            lines = [*watch.lines(), watch.trouble] if watch.trouble else watch.lines()
+            if live and drawn:
+                print(f"\033[{drawn}F\033[J", end="")
+            print(*lines, sep="\n", flush=True)
+            drawn = len(lines)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        watch.close()
+    return OK

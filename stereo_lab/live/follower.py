@@ -1,0 +1,188 @@
+"""A hand that stays at a ball: which angles to ask an arm for, picture after picture."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from stereo_lab.errors import ArmError, UnreachableTargetError
+from stereo_lab.kinematics import JointAngles
+from stereo_lab.live.tracker import Track
+from stereo_lab.recording import Position, Recording
+
+if TYPE_CHECKING:
+    from stereo_lab.arm import Arm
+
+GAP_MM = 10.0  # between the hand and the ball it follows: neither pushes the other
+STEADY = 3  # pictures in a row that must show a ball before the arm sets off for it
+SLOW_DEG, LEAST_PERCENT = 15.0, 20.0  # so near to a limit the arm gets slower, down to so much of its speed
+ANSWERS_S = 0.03  # until an order is with the arm and its joints answer it
+MOST_BETWEEN_S = 0.1  # two orders; half of that time, too, an order lies ahead
+LOOK_S = 0.02  # how far apart two places are looked at to tell how fast the joints must turn
+WRONG_SIDE = "a joint is at its limit: hide the ball for a moment, and the arm comes from the other side"
+
+
+@dataclass(frozen=True)
+class Step:
+    """What the arm was asked for at one picture.
+
+    Attributes
+    ----------
+    wanted : JointAngles, where the joints should be when the order is there; or None: it stays where it is
+    reached : JointAngles, where they were when it was sent, by the encoders
+    counts : (int, int), the encoders' edges from zero
+    lost : int, edges that the controller missed since its start
+    said : str, "follows", or why it does not
+    """
+
+    wanted: JointAngles | None
+    reached: JointAngles
+    counts: tuple[int, int]
+    lost: int
+    said: str
+
+
+class Follower:
+    """Keeps the hand of an arm at a ball, a little before its surface, with the forearm pointing at its middle.
+
+    A ball that is out of reach, or more than its radius off the plane in which the hand moves, is not followed; a step says so.
+    The elbow stays on one side as long as one ball is followed: to change over, the whole arm would sweep through the ball.
+
+    Parameters
+    ----------
+    arm : stereo_lab.arm.Arm, homed
+    recording : Recording, which says where the arm stands, how long its links are and how large the ball is
+    predict : bool
+        Aim at where the ball will be when the order is with the arm, and beyond that by the way that the arm needs to brake:
+        it then passes there with the ball's speed. Else: at where the ball was in the picture.
+    gap_mm : float, between hand and ball
+    inverse : function, optional
+        Your own way from the middle of a ball in the arm's plane, (x_mm, y_mm), to (theta1_deg, theta2_deg), in place of the
+        kit's. It counts with a forearm that is longer by ``beyond_mm``; what it gives is checked against the limits.
+
+    Attributes
+    ----------
+    beyond_mm : float, from the end of the hand to the middle of the ball
+    """
+
+    def __init__(
+        self,
+        arm: Arm,
+        recording: Recording,
+        predict: bool = True,
+        gap_mm: float = GAP_MM,
+        inverse: Callable[[float, float], tuple[float, float]] | None = None,
+    ) -> None:
+        self.arm, self.predict, self.inverse = arm, predict, inverse
+        self.stands, self.radius_mm = recording.registration, recording.ball.diameter_mm / 2
+        self.beyond_mm = self.radius_mm + gap_mm
+        self._brakes = [arm.get(joint, "acc") for joint in (1, 2)]
+        self._edges = [arm.get(joint, "counts") for joint in (1, 2)]
+        self._in_a_row, self._steers, self._before_s = 0, False, math.inf
+        self._side = 0  # on which the elbow is: the sign of θ2, chosen anew for each ball
+
+    def steer(self, track: Track | None, now_s: float) -> Step:
+        """Send the arm where the ball is, or will be.
+
+        Parameters
+        ----------
+        track : Track or None, the ball
+        now_s : float, the time by the clock of the pictures
+
+        Raises
+        ------
+        ArmError
+            If the arm is off, stopped, or does not answer.
+        """
+        status = self.arm.check()
+        reached, wanted = JointAngles(*status.position_deg), None
+        said = self._why_not(track)
+        if not said:
+            try:
+                wanted = self._aim(track, now_s)
+                said = "follows"
+            except UnreachableTargetError as error:
+                said = WRONG_SIDE if str(error) == WRONG_SIDE else "the ball is out of reach"
+        if wanted is None and self._steers:
+            self.rest()
+        first, second = (round(p * n / 360) for p, n in zip(status.position_deg, self._edges, strict=True))
+        return Step(wanted, reached, (first, second), status.lost, said)
+
+    def rest(self) -> None:
+        """End a move under way; the arm holds where it comes to rest."""
+        self._steers = False
+        self.arm.command("ST")
+
+    def leave(self) -> None:
+        """The same, whatever state the arm is in: one that is gone stops by itself."""
+        if self._steers:
+            with contextlib.suppress(ArmError):
+                self.rest()
+
+    def _why_not(self, track):
+        """Why this ball is not followed; empty where it is."""
+        self._in_a_row = 0 if track is None else self._in_a_row + track.seen
+        if track is None:
+            self._side = 0
+            return "no ball"
+        if self._in_a_row < STEADY:
+            return "a new ball"
+        off_mm = self.stands.in_arm(*_place(track.position))[2]
+        if abs(off_mm) > self.radius_mm:
+            return f"the ball is {abs(off_mm):.0f} mm {'before' if off_mm > 0 else 'behind'} the arm's plane"
+        return ""
+
+    def _aim(self, track, now_s):
+        """Order the angles of the hand at the ball; gives them."""
+        between_s = min(max(now_s - self._before_s, 0.0), MOST_BETWEEN_S)
+        ready_s, self._before_s = now_s + ANSWERS_S + between_s / 2, now_s
+        wanted = self._angles(track.at(ready_s) if self.predict else track.position)
+        goal = self._where_it_could_stop(wanted, track, ready_s) if self.predict else wanted
+        self.arm.steer(goal, self._percent(goal))
+        self._steers = True
+        return wanted
+
+    def _angles(self, ball):
+        """The pose with the hand before a ball, its elbow on the side that was chosen for it: the one with more room."""
+        if self.inverse is not None:
+            x, y, _ = self.stands.in_arm(*_place(ball)).tolist()
+            return JointAngles(*self.inverse(x, y))
+        poses = self.stands.solutions(*_place(ball), beyond_mm=self.beyond_mm)
+        if self._side == 0:
+            self._side = 1 if max(poses, key=self._room_deg).theta2_deg >= 0 else -1
+        poses = [pose for pose in poses if pose.theta2_deg * self._side >= 0]
+        if not poses:
+            raise UnreachableTargetError(WRONG_SIDE)
+        return poses[0]
+
+    def _where_it_could_stop(self, wanted, track, ready_s):
+        """A profile brakes before its goal. With its goal so far beyond, it passes the wanted angles at the ball's speed."""
+        try:
+            later = self._angles(track.at(ready_s + LOOK_S))
+            speeds = [turn / LOOK_S for turn in _turns(wanted, later)]
+            ways = [speed * abs(speed) / (2 * brakes) for speed, brakes in zip(speeds, self._brakes, strict=True)]
+            goal = JointAngles(wanted.theta1_deg + ways[0], wanted.theta2_deg + ways[1])
+            self.arm.goals_deg(goal)
+            return goal
+        except UnreachableTargetError:  # the ball leaves the reach: go to its edge
+            return wanted
+
+    def _percent(self, goal):
+        """How fast, of 100: slower towards a limit of a joint."""
+        return min(100.0, max(LEAST_PERCENT, 100 * self._room_deg(goal) / SLOW_DEG))
+
+    def _room_deg(self, pose):
+        """How far a pose is from the nearest limit of a joint."""
+        angles = (pose.theta1_deg, pose.theta2_deg)
+        return min(min(a - low, high - a) for a, (low, high) in zip(angles, self.arm.limits_deg, strict=True))
+
+
+def _place(position: Position) -> tuple[float, float, float]:
+    return position.x_mm, position.y_mm, position.depth_mm
+
+
+def _turns(start, end):
+    return math.remainder(end.theta1_deg - start.theta1_deg, 360), end.theta2_deg - start.theta2_deg

@@ -1,0 +1,128 @@
+"""Touch some balls in turn: wait for one that lies still, reach for it, back off, wait for the next."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
+from typing import Any
+
+import numpy as np
+
+from stereo_lab.errors import UnreachableTargetError
+from stereo_lab.kinematics import JointAngles
+from stereo_lab.live.run import Sink, run
+from stereo_lab.live.sources import StereoSource
+from stereo_lab.localization import Localizer
+from stereo_lab.recording import Recording
+
+STILL, STILL_MM = 10, 3.0  # a ball lies still that was seen so often in a row within so many mm
+BEFORE_MM = 30.0  # before the ball the arm stops; the last bit goes straight in
+
+
+def touch_in_turn(
+    source: StereoSource,
+    localizer: Localizer,
+    arm: Any,
+    recording: Recording,
+    balls: int = 3,
+    move_on: Callable[[int], None] = lambda touched: None,
+    sinks: Sequence[Sink] = (),
+) -> Iterator[str]:
+    """Touch balls, or one ball in several places, and go home.
+
+    Parameters
+    ----------
+    source : StereoSource
+    localizer : Localizer
+    arm : stereo_lab.arm.Arm, homed
+    recording : Recording, which says where the arm stands and how large the ball is
+    balls : int, how many are touched
+    move_on : function (how many were touched so far), called when the hand is off the ball again
+    sinks : sequence of Sink
+
+    Yields
+    ------
+    str
+        What happens, in words. It ends early where the pictures end.
+
+    Raises
+    ------
+    StereoLabError
+        If a camera falls silent, or the arm stops or does not answer.
+    """
+    radius, touched = recording.ball.diameter_mm / 2, np.empty((0, 3))
+    while len(touched) < balls:
+        yield f"ball {len(touched) + 1} of {balls}: waiting for one that lies still"
+        place = yield from _one_that_lies_still(source, localizer, recording, touched, sinks)
+        if place is None:
+            yield "the pictures have ended"
+            break
+        near, poses = _poses(recording, arm, place, radius)
+        arm.move_to(near)
+        reached = arm.move_to(poses, one_side=True)
+        x, y, depth = place
+        words = f"touched ball {len(touched) + 1} at x {x:.0f}, y {y:.0f}, depth {depth:.0f} mm"
+        for sink in sinks:
+            sink.write({"said": words, "reached1_deg": reached.theta1_deg, "reached2_deg": reached.theta2_deg})
+        yield words
+        arm.move_to(near)
+        touched = np.vstack([touched, place])
+        move_on(len(touched))
+    arm.home()
+    yield "home"
+
+
+def _poses(recording, arm, place, radius):
+    """Before a ball, and at it: the pair of poses that is nearest to where the arm is."""
+    now, stands = arm.angles(), recording.registration
+    before, at = (stands.solutions(*place, beyond_mm=radius + gap) for gap in (BEFORE_MM, 0.0))
+    pairs = [(b, a) for b in before for a in at if (b.theta2_deg >= 0) == (a.theta2_deg >= 0)]
+    if not pairs:
+        raise UnreachableTargetError("one of two poses is out of reach")
+    return min(pairs, key=lambda pair: _turn(now, pair[0]))
+
+
+def _turn(now: JointAngles, then: JointAngles) -> float:
+    return max(abs(then.theta1_deg - now.theta1_deg), abs(then.theta2_deg - now.theta2_deg))
+
+
+def _one_that_lies_still(source, localizer, recording, touched, sinks):
+    """The mean place of a ball that lies still and can be touched, at another place than those before; None at the end."""
+    places, told = deque(maxlen=STILL), ""
+    radius = recording.ball.diameter_mm / 2
+    with closing(run(source, localizer, sinks=sinks)) as moments:
+        for moment in moments:
+            track = moment.track
+            if track is None or not track.seen:
+                places.clear()
+                continue
+            p = track.position
+            places.append((p.x_mm, p.y_mm, p.depth_mm))
+            mean = np.mean(places, axis=0)
+            if len(places) < STILL or np.abs(places - mean).max() > STILL_MM:
+                continue
+            if len(touched) and np.linalg.norm(touched - mean, axis=1).min() < 2 * radius:
+                words = "move the ball to another place"
+            else:
+                words = _why_not(recording, mean, radius)
+            if not words:
+                return mean
+            if words != told:
+                yield words
+            told = words
+    return None
+
+
+def _why_not(recording, place, radius):
+    """Why a ball cannot be touched; empty where it can."""
+    stands = recording.registration
+    off_mm = stands.in_arm(*place)[2]
+    if abs(off_mm) > radius:
+        return f"the ball is {abs(off_mm):.0f} mm {'before' if off_mm > 0 else 'behind'} the arm's plane"
+    try:
+        for gap in (0.0, BEFORE_MM):
+            stands.solutions(*place, beyond_mm=radius + gap)
+    except UnreachableTargetError:
+        return "the ball is out of reach"
+    return ""
