@@ -1,0 +1,458 @@
+"""The whole cell: the hand at a moving ball, balls that are not followed, and how a run ends. Truth comes from the virtual bench."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from contextlib import closing, contextmanager
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from conftest import ROOT
+from stereo_lab import cli
+from stereo_lab.arm import connect
+from stereo_lab.errors import ArmError, StereoLabError, UnreachableTargetError
+from stereo_lab.kinematics import JointAngles
+from stereo_lab.live import Follower, VirtualBench, open_source, round_trip, run, touch_in_turn
+from stereo_lab.live import usage as usage_module
+from stereo_lab.live.follower import GAP_MM, STEADY, WRONG_SIDE
+from stereo_lab.live.log import RunLog, header, read_log, write_csv
+from stereo_lab.live.usage import Usage
+from stereo_lab.localization import Localizer
+from stereo_lab.recording import open_recording
+
+HEAD = header("virtual:bench", "virtual://arm", "bench", {"pairs": 24})
+
+
+@pytest.fixture(scope="module")
+def localizer(bench):
+    return Localizer.fit(bench)
+
+
+@contextmanager
+def cell(bench, path, late=0, url="virtual://arm"):
+    """A homed arm before drawn cameras; both keep the arm's own time, which no busy computer disturbs."""
+    with connect(url) as arm:
+        arm.home()
+        arm.set_limits(bench.arm.limits_deg)
+        arm.move_to(JointAngles(60, 60))
+        source = VirtualBench(bench, arm.port, late=late, clock=arm.line.clock, sleep=arm.line.listen)
+        source.path = path
+        yield arm, source
+
+
+def apart(bench, arm, source, follower):
+    """How far the place before the hand is from the ball, now, mm."""
+    x, y, _ = source.path(source.now())
+    tip = bench.arm.extended(follower.beyond_mm).forward(JointAngles(*arm.port.link_deg))
+    return np.hypot(tip[0] - x, tip[1] - y)
+
+
+def follow(bench, localizer, late, predict, seconds=6.0):
+    with cell(bench, round_trip(bench, 100.0), late) as (arm, source):
+        follower = Follower(arm, bench, predict=predict)
+        gaps = [
+            apart(bench, arm, source, follower)
+            for moment in run(source, localizer, follower, seconds=seconds)
+            if moment.frame.time_s > 3
+        ]
+    return float(np.mean(gaps))
+
+
+def test_the_hand_stays_at_a_moving_ball(bench, localizer):
+    """A ball at 100 mm/s; without prediction the hand lags by what the pictures are late, with it it does not."""
+    prompt, late = (follow(bench, localizer, late, predict=False) for late in (0, 2))
+    ahead = follow(bench, localizer, 2, predict=True)
+    assert late > prompt + 4  # 67 ms at 100 mm/s
+    assert ahead < 7 and ahead < prompt
+
+
+def still(place):
+    return lambda _: place
+
+
+def says(bench, localizer, path, seconds=1.5, **more):
+    with cell(bench, path, **more) as (arm, source):
+        return [(m, arm.port.link_deg) for m in run(source, localizer, Follower(arm, bench), seconds=seconds)]
+
+
+def test_a_ball_off_the_plane_is_told_and_not_chased(bench, localizer):
+    for depth, side in ((950.0, "before"), (1050.0, "behind")):
+        moments = says(bench, localizer, still((50.0, 250.0, depth)))
+        told = [re.fullmatch(r"the ball is (\d+) mm (\w+) the arm's plane", m.said) for m, _ in moments[STEADY:]]
+        assert {words[2] for words in told} == {side} and all(abs(int(words[1]) - 50) <= 2 for words in told)
+        assert all(m.step.wanted is None for m, _ in moments)
+        assert np.ptp([links for _, links in moments], axis=0).max() < 0.1
+
+
+def test_a_ball_off_the_plane_by_less_than_its_radius_is_followed(bench, localizer):
+    moments = says(bench, localizer, still((50.0, 250.0, 985.0)))
+    assert {m.said for m, _ in moments[STEADY:]} == {"follows"}
+
+
+def test_a_ball_out_of_reach_is_told_and_not_chased(bench, localizer):
+    far = bench.arm.reach_mm[1] + bench.ball.diameter_mm / 2 + GAP_MM + 5
+    moments = says(bench, localizer, still((-far * np.sin(0.6), far * np.cos(0.6), 1000.0)))
+    assert {m.said for m, _ in moments[STEADY:]} == {"the ball is out of reach"}
+    assert np.ptp([links for _, links in moments], axis=0).max() < 0.1
+
+
+def test_a_ball_that_goes_out_of_reach_is_left_where_it_went(bench, localizer):
+    far = bench.arm.reach_mm[1]
+
+    def path(t):
+        away = min(far - 80 + 70 * t, far + 40)
+        return -away * np.sin(0.6), away * np.cos(0.6), 1000.0
+
+    moments = says(bench, localizer, path, seconds=3)
+    said = [m.said for m, _ in moments]
+    assert said[-1] == "the ball is out of reach" and "follows" in said
+    last = np.array([links for _, links in moments[-10:]])
+    assert np.ptp(last, axis=0).max() < 0.3
+
+
+def test_a_ball_that_jumps_is_lost_first_and_taken_up_as_a_new_one(bench, localizer):
+    here, there = (100.0, 250.0, 1000.0), (-150.0, 250.0, 1000.0)
+    moments = says(bench, localizer, lambda t: here if t < 1 else there, seconds=3)
+    said = [m.said for m, _ in moments]
+    jumped = next(k for k, (m, _) in enumerate(moments) if m.frame.time_s >= 1)
+    lost = said.index("no ball", jumped)
+    again = said.index("follows", lost)
+    assert said[again - STEADY + 1 : again] == ["a new ball"] * (STEADY - 1)
+    x = [bench.arm.extended(GAP_MM + 20).forward(JointAngles(*links))[0] for _, links in moments]
+    assert min(x[jumped:again]) > 85 and x[-1] == pytest.approx(-150, abs=12)
+
+
+def test_the_elbow_never_changes_sides_before_one_ball(bench, localizer):
+    """The ball goes round the shoulder until only the other elbow reaches it: the arm holds, and says how to go on."""
+    low, high = -10.0, 165.0
+    narrow = replace(bench, arm=replace(bench.arm, limits_deg=((low, high), bench.arm.limits_deg[1])))
+    path = lambda t: (300 * np.cos(1.0 + 0.4 * t), 300 * np.sin(1.0 + 0.4 * t), 1000.0)
+    moments = says(narrow, localizer, path, seconds=3.5)
+    sides = {np.sign(m.step.wanted.theta2_deg) for m, _ in moments if m.step.wanted is not None}
+    assert len(sides) == 1 and WRONG_SIDE in {m.said for m, _ in moments}
+
+
+class Recorder:
+    """In place of an arm: writes down what it is asked for."""
+
+    limits_deg = ((-165.0, 165.0), (-155.0, 155.0))
+
+    def __init__(self):
+        self.orders = []
+
+    def steer(self, angles, percent=100.0):
+        self.orders.append(percent)
+
+    def goals_deg(self, angles):
+        return []
+
+    def get(self, joint, name):
+        return {"acc": 500.0, "counts": 4096.0}[name]
+
+
+def test_the_arm_slows_towards_its_limits(bench):
+    follower = Follower(Recorder(), bench)
+    paces = [follower._percent(JointAngles(angle, 90)) for angle in (0, 150, 157.5, 164, -165)]
+    assert paces == pytest.approx([100, 100, 50, 20, 20])
+
+
+def test_it_follows_by_a_learners_own_inverse(bench, localizer):
+    asked = []
+
+    def mine(x, y):
+        asked.append((x, y))
+        pose = bench.arm.extended(GAP_MM + bench.ball.diameter_mm / 2).inverse(x, y, "up")
+        return pose.theta1_deg, pose.theta2_deg
+
+    with cell(bench, still((60.0, 280.0, 1000.0))) as (arm, source):
+        follower = Follower(arm, bench, inverse=mine)
+        moments = list(run(source, localizer, follower, seconds=1.5))
+        assert apart(bench, arm, source, follower) < 12 and moments[-1].step.wanted.theta2_deg < 0
+    assert asked[-1] == pytest.approx((60, 280), abs=2)
+
+
+@pytest.mark.parametrize("wrong", [(np.nan, 10.0), (400.0, 0.0)])
+def test_a_learners_inverse_that_is_wrong_moves_nothing(bench, localizer, wrong):
+    with cell(bench, still((60.0, 280.0, 1000.0))) as (arm, source):
+        before = arm.port.link_deg
+        moments = list(run(source, localizer, Follower(arm, bench, inverse=lambda x, y: wrong), seconds=1))
+        assert moments[-1].said == "the ball is out of reach" and arm.port.link_deg == pytest.approx(before, abs=0.1)
+
+
+def test_however_it_ends_the_arm_rests(bench, localizer):
+    with cell(bench, round_trip(bench)) as (arm, source):
+        with closing(run(source, localizer, Follower(arm, bench))) as moments:
+            for moment in moments:
+                if moment.number == 30:
+                    break
+        arm.wait(1.0)
+        assert arm.status().state == "idle" and arm.status().fault == "-"
+
+
+def test_an_arm_that_is_unplugged_ends_the_run_and_the_log_is_whole(bench, localizer, tmp_path):
+    log = RunLog(tmp_path / "run.jsonl", HEAD)
+    with cell(bench, round_trip(bench)) as (arm, source), pytest.raises(ArmError, match="is gone"):
+        for moment in run(source, localizer, Follower(arm, bench), [log]):
+            arm.port.faults.unplugged = moment.number == 20
+    found = read_log(tmp_path / "run.jsonl")
+    assert len(found.records) == 21 and found.broken == 0
+
+
+def test_an_arm_that_was_stopped_says_so(bench, localizer):
+    with cell(bench, round_trip(bench)) as (arm, source), pytest.raises(ArmError, match=r"stopped.*arm\.enable"):
+        for moment in run(source, localizer, Follower(arm, bench)):
+            if moment.number == 5:
+                arm.stop()
+
+
+def test_a_camera_that_falls_silent_ends_the_run_and_the_arm_rests(bench, localizer):
+    with cell(bench, round_trip(bench)) as (arm, source):
+        read, count = source.read, iter(range(100))
+
+        def silent():
+            if next(count) == 20:
+                raise StereoLabError("The left camera (0) is silent.")
+            return read()
+
+        source.read = silent
+        with pytest.raises(StereoLabError, match="is silent"):
+            list(run(source, localizer, Follower(arm, bench)))
+        arm.wait(1.0)
+        assert arm.status().state == "idle"
+
+
+def test_a_run_tells_what_it_saw_and_asked_for(bench, localizer, tmp_path):
+    log = RunLog(tmp_path / "run.jsonl", HEAD)
+    with cell(bench, round_trip(bench), late=1) as (arm, source):
+        moments, edges = list(run(source, localizer, Follower(arm, bench), [log], seconds=2)), arm.get(2, "counts")
+    log.close()
+    found = read_log(tmp_path / "run.jsonl")
+    assert found.head == HEAD and len(found.records) == len(moments) == 61
+    last, record = moments[-1], found.records[-1]
+    assert record == json.loads(json.dumps(last.record()))
+    assert record["x_mm"] == pytest.approx(last.track.position.x_mm, abs=0.01)
+    assert record["reached1_deg"] == pytest.approx(last.step.reached.theta1_deg, abs=0.01)
+    assert record["counts2"] == pytest.approx(record["reached2_deg"] / 360 * edges, abs=1)
+    assert record["left_u"] == pytest.approx(last.track.detections[0].u, abs=0.01)
+    assert last.latency_ms > 1000 / 30  # one picture late
+    assert set(last.stages_ms) == {"wait", "find", "steer"} and record["said"] == "follows"
+    assert {"lost_edges", "rate_hz", "cpu_percent", "rss_mb", "sigma_depth_mm", "right_score"} <= set(record)
+
+
+def test_a_recording_runs_without_an_arm(localizer):
+    moments = list(run(open_source("bench", fast=True), localizer))
+    assert len(moments) == len(open_recording("bench").pairs("track"))
+    assert {m.said for m in moments} <= {"sees the ball", "the ball is hidden", "no ball"} and moments[0].step is None
+
+
+def test_three_balls_are_touched_in_turn(bench, localizer, tmp_path):
+    places = [(100.0, 250.0, 1000.0), (-100.0, 280.0, 1000.0), (0.0, 330.0, 1000.0)]
+    log = RunLog(tmp_path / "run.jsonl", HEAD)
+    with connect("virtual://arm") as arm:
+        arm.home()
+        source = VirtualBench(bench, arm.port, clock=arm.line.clock, sleep=arm.line.listen)
+        source.ball_mm, gaps = places[0], []
+        tip = bench.arm.extended(bench.ball.diameter_mm / 2)
+        move = arm.move_to
+
+        def moved(angles, one_side=False):
+            reached = move(angles, one_side)
+            if one_side:
+                gaps.append(np.subtract(tip.forward(JointAngles(*arm.port.link_deg)), source.ball_mm[:2]))
+            return reached
+
+        arm.move_to = moved
+        move_on = lambda touched: setattr(source, "ball_mm", places[min(touched, 2)])
+        said = list(touch_in_turn(source, localizer, arm, bench, move_on=move_on, sinks=[log]))
+        assert arm.angles().theta1_deg == pytest.approx(-170, abs=1)
+    assert [line.split(" at ")[0] for line in said if line.startswith("touched")] == [
+        f"touched ball {k}" for k in (1, 2, 3)
+    ]
+    assert said[-1] == "home" and np.linalg.norm(gaps, axis=1).max() < 4
+    assert [r for r in read_log(tmp_path / "run.jsonl").records if "reached1_deg" in r]
+
+
+def test_a_touched_ball_that_stays_is_not_touched_again(bench, localizer):
+    with connect("virtual://arm") as arm:
+        arm.home()
+        source = VirtualBench(bench, arm.port, clock=arm.line.clock, sleep=arm.line.listen)
+        source.ball_mm = (100.0, 250.0, 1000.0)
+        lines = touch_in_turn(source, localizer, arm, bench)
+        said = [next(lines) for _ in range(4)]
+        assert said[1].startswith("touched ball 1") and said[3] == "move the ball to another place"
+        source.close()
+        assert next(lines) == "the pictures have ended" and next(lines) == "home"
+
+
+def test_a_ball_that_cannot_be_touched_is_told(bench, localizer):
+    with connect("virtual://arm") as arm:
+        arm.home()
+        source = VirtualBench(bench, arm.port, clock=arm.line.clock, sleep=arm.line.listen)
+        for place, words in (
+            ((100.0, 250.0, 900.0), "the ball is 100 mm before the arm's plane"), ((0.0, 475.0, 1000.0), "the ball is out of reach"),
+        ):  # fmt: skip
+            source.ball_mm = place
+            lines = touch_in_turn(source, localizer, arm, bench)
+            assert [next(lines), next(lines)][1] == words
+            lines.close()
+
+
+# the log
+
+
+def test_a_log_is_never_written_over(tmp_path):
+    path = tmp_path / "run.jsonl"
+    RunLog(path, HEAD).close()
+    before = path.read_bytes()
+    with pytest.raises(StereoLabError, match="exists already"):
+        RunLog(path, HEAD)
+    assert path.read_bytes() == before
+    with pytest.raises(StereoLabError, match="cannot be written"):
+        RunLog(tmp_path / "no folder" / "run.jsonl", HEAD)
+    with pytest.raises(StereoLabError, match="folder"):
+        RunLog(tmp_path, HEAD)
+
+
+def test_a_broken_last_line_is_counted_and_left_out(tmp_path):
+    path = tmp_path / "run.jsonl"
+    log = RunLog(path, HEAD)
+    for k in range(5):
+        log.write({"number": k, "time_s": k / 10, "said": "follows", "seen": True, "dropped": k % 2})
+    log.close()
+    with open(path, "a") as file:
+        file.write('{"number": 5, "time_s": 0.')
+    found = read_log(path)
+    summary = found.summary()
+    assert len(found.records) == 5 and found.broken == 1
+    assert (summary["pictures"], summary["seen"], summary["dropped"]) == (5, 5, 2) and summary[
+        "seconds"
+    ] == pytest.approx(0.4)
+    assert summary["said"] == {"follows": 5} and summary["latency_ms"] is None
+
+
+def test_what_is_no_log_is_refused(tmp_path):
+    for name, text in (("a", ""), ("b", '{"kind": "something"}\n'), ("c", "[" * 9000), ("d", "\0\1\2")):
+        (tmp_path / name).write_text(text)
+        with pytest.raises(StereoLabError, match="is no log of a run"):
+            read_log(tmp_path / name)
+    (tmp_path / "e").write_text(json.dumps({**HEAD, "format": 2}) + "\n")
+    with pytest.raises(StereoLabError, match="format 2"):
+        read_log(tmp_path / "e")
+    with pytest.raises(StereoLabError, match="No such file"):
+        read_log(tmp_path / "f")
+
+
+def test_a_log_as_a_table(tmp_path):
+    log = RunLog(tmp_path / "run.jsonl", HEAD)
+    log.write({"number": 0, "said": "no ball, yet"})
+    log.write({"number": 1, "said": "follows", "x_mm": 1.5})
+    log.close()
+    write_csv(read_log(tmp_path / "run.jsonl"), tmp_path / "run.csv")
+    assert (tmp_path / "run.csv").read_text() == 'number,said,x_mm\n0,"no ball, yet",\n1,follows,1.5\n'
+
+
+def test_a_full_disk_ends_the_log_and_not_the_run(tmp_path):
+    """The system refuses a file that grows beyond a limit, as a full disk does."""
+    if os.name == "nt":
+        pytest.skip("Windows has no such limit")
+    path = tmp_path / "run.jsonl"
+    code = (
+        "import resource, sys\nfrom stereo_lab.live.log import RunLog\n"
+        f"log = RunLog({str(path)!r}, {HEAD!r})\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))\n"
+        "for k in range(100):\n    log.write({'number': k, 'said': 'follows'})\n"
+        "print(log.trouble)\nlog.close()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, timeout=60)
+    assert done.returncode == 0 and done.stderr == ""
+    assert done.stdout.count("\n") == 1 and "The log ends here; the run goes on." in done.stdout
+    assert 20 < len(read_log(path).records) < 100
+
+
+def test_usage_is_told_in_parts_of_one_core(monkeypatch):
+    now, busy = [0.0], [0.0]
+    monkeypatch.setattr(usage_module.time, "monotonic", lambda: now[0])
+    usage = Usage()
+    monkeypatch.setattr(usage, "_look", lambda: (now[0], busy[0]))
+    usage._looks.clear()
+    usage._looks.append((0.0, 0.0))
+    now[0], busy[0] = 0.9, 0.5
+    usage.update()
+    assert usage.cpu_percent == 0.0  # no second has passed
+    now[0], busy[0] = 2.0, 0.5
+    usage.update()
+    assert usage.cpu_percent == pytest.approx(25)
+    assert 30 < usage.rss_mb < 5000
+
+
+# the commands
+
+
+WITH_ARM = [[], pytest.param(["--arm", "virtual://arm"], marks=pytest.mark.slow)]  # which is homed by the clock
+
+
+@pytest.mark.parametrize("arm", WITH_ARM, ids=["alone", "arm"])
+def test_the_command_runs_logs_and_is_summarised(tmp_path, capsys, arm):
+    log, table, facts = tmp_path / "run.jsonl", tmp_path / "run.csv", tmp_path / "log.json"
+    assert cli.main(["run", *arm, "--seconds", "1", "--log", str(log)]) == 0
+    said = capsys.readouterr().out
+    assert ("homing both joints" in said) == bool(arm) and "pairs of pictures" in said
+    assert cli.main(["log", str(log), "--csv", str(table), "--json", str(facts)]) == 0
+    said = capsys.readouterr().out
+    told = json.loads(facts.read_text())
+    assert (
+        told["header"]["arm"] == "".join(arm[1:]) and told["pictures"] == len(table.read_text().splitlines()) - 1 > 10
+    )
+    assert "picture to order" in said and ("x follows" if arm else "x sees the ball") in said
+
+
+@pytest.mark.parametrize(
+    ("words", "answer"),
+    [
+        (["run", "--touch"], "--touch needs an arm"),
+        (["run", "--source", "cameras:0,0"], "two different cameras"),
+        (["run", "--source", "nothing"], "nothing"),
+        (["run", "--mqtt", "a b"], "HOST:PORT"),
+        (["log", "nothing.jsonl"], "No such file"),
+    ],
+)
+def test_bad_words_get_a_sentence(words, answer, capsys):
+    assert cli.main(words) == 2
+    assert answer in capsys.readouterr().err
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows sends Ctrl-C another way")
+@pytest.mark.parametrize("number", [signal.SIGINT, getattr(signal, "SIGKILL", None)])
+@pytest.mark.parametrize("arm", WITH_ARM, ids=["alone", "arm"])
+def test_a_run_that_is_ended_from_outside_leaves_a_whole_log(tmp_path, number, arm):
+    path = tmp_path / "run.jsonl"
+    words = [sys.executable, "-m", "stereo_lab", "run", *arm, "--log", str(path)]
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT)
+    while process.poll() is None and (not path.exists() or path.read_bytes().count(b"\n") < 20):
+        time.sleep(0.05)
+    process.send_signal(number)
+    out, err = process.communicate(timeout=60)
+    assert err == "" and len(read_log(path).records) >= 19
+    if number == signal.SIGINT:
+        assert process.returncode == 0 and out.endswith("Stopped.\n") and read_log(path).broken == 0
+
+
+def test_steering_refuses_what_moving_refuses(bench):
+    with connect("virtual://arm") as arm:
+        with pytest.raises(ArmError, match="motors are off"):
+            arm.steer(JointAngles(10, 10))
+        with pytest.raises(ArmError, match=r"are off: arm\.enable"):
+            arm.check()
+        arm.enable()
+        with pytest.raises(UnreachableTargetError):
+            arm.steer(JointAngles(170, 0))
+        arm.steer(JointAngles(20, 10), percent=50)
+        assert arm.check().state == "run"
+        arm.wait(3.0)
+        assert arm.check().position_deg == pytest.approx((20, 10), abs=0.2)
