@@ -11,7 +11,8 @@ lesson   room                   what is in it
 04       ``depth``              depth from disparity: three models
 05       ``kinematics``         joint angles of a two-link arm
 06       ``motion``, ``arm``    motors, ways to stop them, and the arm behind a serial line
-07       ``localization``       all of it together: two pictures in, millimetres out
+07       ``localization``,      all of it together: two pictures in, millimetres out;
+         ``live``               again and again, with the arm behind the ball
 =======  =====================  ==========================================================
 
 ``recording`` opens the pictures that the lessons work on; ``results`` judges the chain; ``exercises`` asks the questions;

@@ -1,5 +1,6 @@
 """The panels in a real browser: JupyterLab, headless Chromium, the keyboard."""
 
+import ast
 import json
 import os
 import shutil
@@ -9,8 +10,10 @@ import sys
 import time
 import urllib.error
 import urllib.request
+from types import SimpleNamespace
 
 import nbformat
+import psutil
 import pytest
 from nbformat.v4 import new_code_cell, new_notebook
 
@@ -34,6 +37,33 @@ PANELS = (
     "widgets.registering(recording.arm)",
     "widgets.depth_samples([160.0, 103.0, 73.0, 60.0], [520.0, 813.0, 1104.0, 1397.0])",
 )
+LIVE = (
+    """import threading, time
+from pathlib import Path
+
+import psutil
+from stereo_lab import widgets
+from stereo_lab.localization import Localizer
+from stereo_lab.recording import open_recording
+stage = open_recording("bench")
+panel = widgets.live_cell("virtual", "virtual://arm", stage, Localizer.fit(stage))
+
+
+def watch():  # from outside: whether the run goes on, where ball and arm are, and what the kernel holds
+    while True:
+        alive = panel.thread is not None and panel.thread.is_alive()
+        source, memory = panel._source, psutil.Process().memory_info().rss / 1e6
+        place = (source.ball_mm, source.arm.link_deg) if source is not None and source.arm is not None else None
+        Path("seen.txt.part").write_text(repr((alive, place, memory)))
+        Path("seen.txt.part").replace("seen.txt")
+        time.sleep(0.2)
+
+
+threading.Thread(target=watch, daemon=True).start()""",
+    "panel",
+    "print('free')",
+    "time.sleep(15)",
+)
 FLAGS = (
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
     "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage",
@@ -49,8 +79,10 @@ def server(tmp_path_factory):
     """JupyterLab on a notebook with one cell for each panel; gives its address."""
     folder = tmp_path_factory.mktemp("lab")
     notebook = new_notebook(cells=[new_code_cell(source) for source in (SETUP, *PANELS)])
-    notebook.metadata["kernelspec"] = {"display_name": "Python 3", "language": "python", "name": "python3"}
-    nbformat.write(notebook, folder / "panels.ipynb")
+    live = new_notebook(cells=[new_code_cell(source) for source in LIVE])
+    for name, content in (("panels", notebook), ("live", live)):
+        content.metadata["kernelspec"] = {"display_name": "Python 3", "language": "python", "name": "python3"}
+        nbformat.write(content, folder / f"{name}.ipynb")
     settings = folder / "settings" / "@jupyterlab" / "apputils-extension"
     settings.mkdir(parents=True)
     quiet = {"fetchNews": "false", "checkForUpdates": False}
@@ -72,7 +104,11 @@ def server(tmp_path_factory):
         running = subprocess.Popen(command, env=environment, stdout=log, stderr=subprocess.STDOUT)
     try:
         _wait_until_up(running, f"http://127.0.0.1:{port}/api/status?token=panels", folder / "server.log")
-        yield f"http://127.0.0.1:{port}/lab/tree/panels.ipynb?token=panels&reset"
+        yield SimpleNamespace(
+            folder=folder,
+            process=running,
+            page=lambda name: f"http://127.0.0.1:{port}/lab/tree/{name}.ipynb?token=panels&reset",
+        )
     finally:
         running.terminate()
         running.wait(20)
@@ -89,8 +125,9 @@ def _wait_until_up(running, address, log):
     raise AssertionError(log.read_text())
 
 
-@pytest.mark.slow
-def test_panels_answer_the_keyboard(server):
+@pytest.fixture(scope="module")
+def browser():
+    """A headless Chromium; gives it and what its waiting raises when it is too late."""
     browser_path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if browser_path is None:
         skip_unless_ci("no Chromium on this computer")
@@ -98,21 +135,96 @@ def test_panels_answer_the_keyboard(server):
     if playwright is None:
         import playwright.sync_api as playwright
     with playwright.sync_playwright() as api:
-        browser = api.chromium.launch(executable_path=browser_path, args=list(FLAGS))
-        page = browser.new_page(viewport={"width": 1400, "height": 1100})
-        outside = []
-        page.on(
-            "request",
-            lambda r: (
-                None if r.url.startswith(("http://127.0.0.1", "data:", "blob:", "ws://127")) else outside.append(r.url)
-            ),
-        )
-        try:
-            _run_all_cells(page, server, playwright.TimeoutError)
-            _check_panels(page)
-            assert not outside
-        finally:
-            browser.close()
+        chromium = api.chromium.launch(executable_path=browser_path, args=list(FLAGS))
+        yield SimpleNamespace(chromium=chromium, late=playwright.TimeoutError)
+        chromium.close()
+
+
+@pytest.mark.slow
+def test_panels_answer_the_keyboard(server, browser):
+    page = browser.chromium.new_page(viewport={"width": 1400, "height": 1100})
+    outside = []
+    page.on(
+        "request",
+        lambda r: (
+            None if r.url.startswith(("http://127.0.0.1", "data:", "blob:", "ws://127")) else outside.append(r.url)
+        ),
+    )
+    _run_all_cells(page, server.page("panels"), browser.late)
+    _check_panels(page)
+    assert not outside
+    page.close()
+
+
+@pytest.mark.slow
+def test_the_live_cell_is_seen_steered_and_stopped(server, browser):
+    """Play, pictures that change, a ball that is dragged and an arm behind it; stop while another cell is busy; a closed tab."""
+    page = browser.chromium.new_page(viewport={"width": 1400, "height": 1200})
+    _run_all_cells(page, server.page("live"), browser.late)  # the last cell is busy for a while; nothing is pressed yet
+    text, picture = page.locator(".widget-label").last, page.locator(".widget-image").first
+    play, stop = page.locator(".widget-play button").nth(0), page.locator(".widget-play button").nth(1)
+    assert not seen(server)[0]
+
+    play.click()
+    until(lambda: text.inner_text().startswith("follows"))
+    shown = {
+        picture.get_attribute("src") or picture.evaluate("e => e.src")
+        for _ in range(6)
+        if not page.wait_for_timeout(300)
+    }
+    assert len(shown) >= 4  # pictures that change
+
+    alive, (ball, links), _ = seen(server)
+    handle = page.locator(".widget-slider .noUi-handle").first
+    handle.focus()
+    for _ in range(60):
+        page.keyboard.press("ArrowLeft")
+    until(lambda: seen(server)[1][0][0] <= ball[0] - 50)
+    until(lambda: max(abs(a - b) for a, b in zip(seen(server)[1][1], links, strict=True)) > 3)  # the arm goes after it
+
+    run_cell(page, 3)  # busy for 15 s
+    began = time.monotonic()
+    page.wait_for_timeout(1500)
+    stop.click()
+    until(lambda: not seen(server)[0])
+    assert (
+        text.inner_text().startswith("Ended")
+        and page.locator(".jp-CodeCell").nth(3).locator(".jp-InputPrompt").inner_text() == "[*]:"
+    )
+    assert time.monotonic() - began < 14
+    page.wait_for_function(ALL_RUN, timeout=60_000)
+    run_cell(page, 2)  # the kernel is free
+    page.wait_for_function("() => document.body.innerText.includes('free')", timeout=20_000)
+
+    play.click()
+    until(lambda: text.inner_text().startswith("follows"))
+    server_mb = psutil.Process(server.process.pid).memory_info().rss / 1e6
+    kernel_mb = seen(server)[2]
+    page.close()  # the tab, in mid-run
+    closed = time.monotonic()
+    until(lambda: not seen(server)[0])
+    assert time.monotonic() - closed < 12  # 5 s of silence, and what a busy computer needs
+    time.sleep(2)
+    assert psutil.Process(server.process.pid).memory_info().rss / 1e6 < server_mb + 40
+    assert seen(server)[2] < kernel_mb + 40
+
+
+def seen(server):
+    """Whether the run goes on; (ball, links) or None; the kernel's memory in MB."""
+    return ast.literal_eval((server.folder / "seen.txt").read_text())
+
+
+def until(what, seconds=60):
+    end = time.monotonic() + seconds
+    while not what() and time.monotonic() < end:
+        time.sleep(0.1)
+    assert what()
+
+
+def run_cell(page, number):
+    """Click into a cell and run it."""
+    page.locator(".jp-CodeCell .jp-InputArea-editor").nth(number).click()
+    page.keyboard.press("Control+Enter")
 
 
 def _run_all_cells(page, server, late):

@@ -157,6 +157,8 @@ def names_above(lesson, recording):
         return {"u_left": u_left, "u_right": u_right, "calibration": calibration}
     if lesson == "05":
         return {"l1": recording.arm.l1_mm, "l2": recording.arm.l2_mm, **vars(math)}
+    if lesson == "07":
+        return dict(vars(math))
     return {}
 
 

@@ -71,6 +71,11 @@ CALLS = {
     "holding": lambda ax: plots.holding(10 * UP, (UP, DOWN), 8.0, "A title", ax),
     "plan": lambda ax: plots.plan(UP, DOWN, UP + 1, DOWN + 1, "A title", ax),
     "stopping_errors": lambda ax: plots.stopping_errors([("one", DOWN), ("two", 0.001 * UP)], "A title", ax),
+    "pose_at_ball": lambda ax: plots.pose_at_ball(ARM, (160.0, 290.0), 20.0, (25.0, 50.0), "A title", ax),
+    "over_time": lambda ax: plots.over_time([("one", UP, DOWN), ("two", UP, UP)], "gap (mm)", "A title", ax),
+    "certainty": lambda ax: plots.certainty(UP, DOWN, 0.1 * UP, UP < 3, "x (mm)", "A title", ax),
+    "milliseconds": lambda ax: plots.milliseconds({"cameras": 67.0, "angles": 0.1, "order": 3.0}, "A title", ax),
+    "usage": lambda ax: plots.usage(DOWN, 23.4, "CPU", "A title", ax),
     "touches": lambda ax: plots.touches(ARM, ARM + 1, UP, "A title", ax.figure.subplots(1, 2)),
 }
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # a lesson is loaded when its questions are asked for
     from stereo_lab.exercises.question import Question
     from stereo_lab.recording import Recording
 
-LESSONS = ("00", "01", "02", "03", "04", "05", "06")
+LESSONS = ("00", "01", "02", "03", "04", "05", "06", "07")
 
 __all__ = ["LESSONS", "____", "questions"]
 
@@ -29,7 +29,7 @@ def questions(lesson: str, recording: Recording) -> tuple[Question, ...]:
 
     Parameters
     ----------
-    lesson : str, "00" to "06"
+    lesson : str, "00" to "07"
     recording : Recording
 
     Returns

@@ -2,9 +2,9 @@
 
 from stereo_lab.live.bench import DrawnCameras, VirtualBench, round_trip
 from stereo_lab.live.cameras import CameraSource
-from stereo_lab.live.follower import Follower, Step
+from stereo_lab.live.follower import Follower, Step, hand_to_ball
 from stereo_lab.live.run import Moment, run
-from stereo_lab.live.sources import Frame, RecordingSource, Source, open_source
+from stereo_lab.live.sources import Frame, RecordingSource, Source, StereoSource, open_source, stage_of
 from stereo_lab.live.touching import touch_in_turn
 from stereo_lab.live.tracker import Track, Tracker
 
@@ -17,11 +17,14 @@ __all__ = [
     "RecordingSource",
     "Source",
     "Step",
+    "StereoSource",
     "Track",
     "Tracker",
     "VirtualBench",
+    "hand_to_ball",
     "open_source",
     "round_trip",
     "run",
+    "stage_of",
     "touch_in_turn",
 ]

@@ -25,7 +25,7 @@ NOISE, BLUR_PX, FINE = 2.0, 0.7, 3  # grey levels; of the lens; a ball is drawn 
 EXPOSURE_S, MOST_STILLS = 0.008, 12  # a moving ball is smeared over so long, by so many pictures of it
 LINK_MM, JOINT_MM, ROD_MM, FLOOR_MM = 34.0, 16.0, 4.0, -500.0
 SHADOW = 0.3  # how much of the light it takes
-INK, ROOM = (150, 150, 150), 64  # px, by which the noise is moved about
+INK, ROOM = (90, 90, 90), 64  # px, by which the noise is moved about
 LINK_BGR, JOINT_BGR, ROD_BGR = (214, 196, 168), (70, 70, 70), (120, 120, 120)
 COLORS = {  # blue, green, red, as parts of the light that come back
     "red": (0.02, 0.02, 0.5), "orange": (0.01, 0.15, 0.6), "yellow": (0.02, 0.5, 0.6), "green": (0.05, 0.35, 0.03), "blue": (0.4, 0.1, 0.02),
@@ -184,7 +184,7 @@ class VirtualBench(StereoSource):
             self._draw_arm(picture, eye)
         if places and places[0][2] >= 0:
             self._draw_ball(picture, eye, places)
-        cv2.putText(picture, "drawn", (8, self.size[1] - 10), cv2.FONT_HERSHEY_SIMPLEX, 0.45, INK, 1, cv2.LINE_AA)
+        cv2.putText(picture, "drawn", (8, self.size[1] - 10), cv2.FONT_HERSHEY_SIMPLEX, 0.6, INK, 1, cv2.LINE_AA)
         y, x = self._rng.integers(0, ROOM, 2)
         return cv2.add(picture, self._noise[y : y + self.size[1], x : x + self.size[0]], dtype=cv2.CV_8U)
 

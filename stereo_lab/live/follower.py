@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from stereo_lab.errors import ArmError, UnreachableTargetError
 from stereo_lab.kinematics import JointAngles
@@ -15,6 +17,7 @@ from stereo_lab.recording import Position, Recording
 
 if TYPE_CHECKING:
     from stereo_lab.arm import Arm
+    from stereo_lab.live.run import Moment
 
 GAP_MM = 10.0  # between the hand and the ball it follows: neither pushes the other
 STEADY = 3  # pictures in a row that must show a ball before the arm sets off for it
@@ -31,6 +34,7 @@ class Step:
 
     Attributes
     ----------
+    time_s : float, when that was, by the clock of the pictures
     wanted : JointAngles, where the joints should be when the order is there; or None: it stays where it is
     reached : JointAngles, where they were when it was sent, by the encoders
     counts : (int, int), the encoders' edges from zero
@@ -38,6 +42,7 @@ class Step:
     said : str, "follows", or why it does not
     """
 
+    time_s: float
     wanted: JointAngles | None
     reached: JointAngles
     counts: tuple[int, int]
@@ -55,9 +60,10 @@ class Follower:
     ----------
     arm : stereo_lab.arm.Arm, homed
     recording : Recording, which says where the arm stands, how long its links are and how large the ball is
-    predict : bool
+    predict : bool or function
         Aim at where the ball will be when the order is with the arm, and beyond that by the way that the arm needs to brake:
-        it then passes there with the ball's speed. Else: at where the ball was in the picture.
+        it then passes there with the ball's speed. False: at where the ball was in the picture. A function of your own takes
+        (place_mm, velocity_mm_s, seconds) for each coordinate and gives the place after so many seconds.
     gap_mm : float, between hand and ball
     inverse : function, optional
         Your own way from the middle of a ball in the arm's plane, (x_mm, y_mm), to (theta1_deg, theta2_deg), in place of the
@@ -66,17 +72,18 @@ class Follower:
     Attributes
     ----------
     beyond_mm : float, from the end of the hand to the middle of the ball
+    follows : bool; switched off, the arm stays where it is
     """
 
     def __init__(
         self,
         arm: Arm,
         recording: Recording,
-        predict: bool = True,
+        predict: bool | Callable[[float, float, float], float] = True,
         gap_mm: float = GAP_MM,
         inverse: Callable[[float, float], tuple[float, float]] | None = None,
     ) -> None:
-        self.arm, self.predict, self.inverse = arm, predict, inverse
+        self.arm, self.predict, self.inverse, self.follows = arm, predict, inverse, True
         self.stands, self.radius_mm = recording.registration, recording.ball.diameter_mm / 2
         self.beyond_mm = self.radius_mm + gap_mm
         self._brakes = [arm.get(joint, "acc") for joint in (1, 2)]
@@ -109,7 +116,7 @@ class Follower:
         if wanted is None and self._steers:
             self.rest()
         first, second = (round(p * n / 360) for p, n in zip(status.position_deg, self._edges, strict=True))
-        return Step(wanted, reached, (first, second), status.lost, said)
+        return Step(now_s, wanted, reached, (first, second), status.lost, said)
 
     def rest(self) -> None:
         """End a move under way; the arm holds where it comes to rest."""
@@ -128,6 +135,8 @@ class Follower:
         if track is None:
             self._side = 0
             return "no ball"
+        if not self.follows:
+            return "following is switched off"
         if self._in_a_row < STEADY:
             return "a new ball"
         off_mm = self.stands.in_arm(*_place(track.position))[2]
@@ -139,11 +148,19 @@ class Follower:
         """Order the angles of the hand at the ball; gives them."""
         between_s = min(max(now_s - self._before_s, 0.0), MOST_BETWEEN_S)
         ready_s, self._before_s = now_s + ANSWERS_S + between_s / 2, now_s
-        wanted = self._angles(track.at(ready_s) if self.predict else track.position)
+        wanted = self._angles(self._ball_at(track, ready_s))
         goal = self._where_it_could_stop(wanted, track, ready_s) if self.predict else wanted
         self.arm.steer(goal, self._percent(goal))
         self._steers = True
         return wanted
+
+    def _ball_at(self, track, time_s):
+        """Where the ball will be at a time, by whichever way was chosen."""
+        if not callable(self.predict):
+            return track.at(time_s) if self.predict else track.position
+        ahead_s = time_s - track.time_s
+        places = zip(_place(track.position), track.velocity_mm_s, strict=True)
+        return Position(*(float(self.predict(place, velocity, ahead_s)) for place, velocity in places))
 
     def _angles(self, ball):
         """The pose with the hand before a ball, its elbow on the side that was chosen for it: the one with more room."""
@@ -161,7 +178,7 @@ class Follower:
     def _where_it_could_stop(self, wanted, track, ready_s):
         """A profile brakes before its goal. With its goal so far beyond, it passes the wanted angles at the ball's speed."""
         try:
-            later = self._angles(track.at(ready_s + LOOK_S))
+            later = self._angles(self._ball_at(track, ready_s + LOOK_S))
             speeds = [turn / LOOK_S for turn in _turns(wanted, later)]
             ways = [speed * abs(speed) / (2 * brakes) for speed, brakes in zip(speeds, self._brakes, strict=True)]
             goal = JointAngles(wanted.theta1_deg + ways[0], wanted.theta2_deg + ways[1])
@@ -178,6 +195,39 @@ class Follower:
         """How far a pose is from the nearest limit of a joint."""
         angles = (pose.theta1_deg, pose.theta2_deg)
         return min(min(a - low, high - a) for a, (low, high) in zip(angles, self.arm.limits_deg, strict=True))
+
+
+def hand_to_ball(moments: Sequence[Moment], recording: Recording, beyond_mm: float) -> tuple[np.ndarray, np.ndarray]:
+    """How far the hand was from where it should have been, by the encoders, while the arm followed.
+
+    No picture shows where the ball is while an order goes out. So its place then is read off between the pictures before and after.
+
+    Parameters
+    ----------
+    moments : sequence of Moment, of one run
+    recording : Recording, which says where the arm stands
+    beyond_mm : float, from the end of the hand to the middle of the ball; see :class:`Follower`
+
+    Returns
+    -------
+    time_s, gap_mm : ndarray, shape (N,)
+    """
+    seen = [m for m in moments if m.track is not None and m.track.seen]
+    when, x, y = (
+        np.array(values, float)
+        for values in zip(*((m.frame.time_s, *_in_plane(recording, m)) for m in seen), strict=True)
+    )
+    steps = [m.step for m in moments if m.step is not None and m.step.wanted is not None and m.step.time_s <= when[-1]]
+    time_s = np.array([step.time_s for step in steps])
+    tip = recording.registration.arm.extended(beyond_mm)
+    zeros = recording.registration.values[5:7]
+    hands = [tip.forward(JointAngles(s.reached.theta1_deg + zeros[0], s.reached.theta2_deg + zeros[1])) for s in steps]
+    hand_x, hand_y = np.array(hands, float).reshape(-1, 2).T
+    return time_s, np.hypot(hand_x - np.interp(time_s, when, x), hand_y - np.interp(time_s, when, y))
+
+
+def _in_plane(recording, moment):
+    return recording.registration.in_arm(*_place(moment.track.position))[:2]
 
 
 def _place(position: Position) -> tuple[float, float, float]:

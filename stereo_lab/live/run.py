@@ -5,8 +5,10 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
+
+import numpy as np
 
 from stereo_lab.live.follower import Follower, Step
 from stereo_lab.live.sources import Frame, StereoSource
@@ -58,6 +60,11 @@ class Moment:
         if self.track is None:
             return "no ball"
         return "sees the ball" if self.track.seen else "the ball is hidden"
+
+    def without_pictures(self) -> Moment:
+        """The same without its two pictures: a minute of them fills the memory of a small computer."""
+        nothing = np.empty((0, 0, 3), np.uint8)
+        return replace(self, frame=replace(self.frame, left=nothing, right=nothing))
 
     def record(self) -> dict[str, Any]:
         """It as flat plain values, for a log; what is not known is left out."""

@@ -7,12 +7,15 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from stereo_lab.errors import StereoLabError
 from stereo_lab.recording import Recording, open_recording
+
+if TYPE_CHECKING:
+    from stereo_lab.arm import Arm
 
 FILM = "track"  # the set of a recording whose pictures follow one another
 
@@ -181,7 +184,13 @@ def _film(recording):
 
 
 def open_source(
-    name: str | Path = "bench", size: tuple[int, int] = (640, 480), rate_hz: float = 30.0, fast: bool = False
+    name: str | Path = "bench",
+    size: tuple[int, int] = (640, 480),
+    rate_hz: float = 30.0,
+    fast: bool = False,
+    recording: Recording | None = None,
+    arm: Arm | None = None,
+    late: int = 0,
 ) -> StereoSource:
     """Pictures as they come: of a recording, of two cameras, or of the virtual bench.
 
@@ -193,6 +202,10 @@ def open_source(
     size : (width, height), px, what cameras are asked for
     rate_hz : float, pairs a second that cameras are asked for, or that are drawn
     fast : bool, every pair of a recording or of the virtual bench, as fast as they are asked for
+    recording : Recording, optional, whose bench ``virtual`` is
+    arm : Arm, optional
+        A virtual one is drawn on the virtual bench; where its time is its own, the bench keeps that time, too.
+    late : int, so many pictures later the virtual bench hands a pair over, as webcams do
 
     Returns
     -------
@@ -210,7 +223,12 @@ def open_source(
     words = str(name)
     kind, _, rest = words.partition(":")
     if kind == "virtual":
-        return VirtualBench(open_recording(rest or None), rate_hz=rate_hz, fast=fast)
+        recording = open_recording(rest) if rest or recording is None else recording
+        if arm is None or not hasattr(arm.port, "link_deg"):
+            return VirtualBench(recording, None, rate_hz, fast, late)
+        if arm.port.follows_the_clock:
+            return VirtualBench(recording, arm.port, rate_hz, fast, late)
+        return VirtualBench(recording, arm.port, rate_hz, fast, late, clock=arm.line.clock, sleep=arm.line.listen)
     if kind != "cameras" or ":" not in words:
         return RecordingSource(open_recording(name), fast=fast)
     sides = [side.strip() for side in rest.split(",")]
@@ -218,3 +236,21 @@ def open_source(
         raise StereoLabError(f"Expected two different cameras, as in cameras:0,1; got {words!r}.")
     left, right = (int(side) if side.isdecimal() else side for side in sides)
     return CameraSource(left, right, size, rate_hz)
+
+
+def stage_of(name: str, recording: Recording) -> Recording:
+    """The recording that knows the cameras of a source.
+
+    Parameters
+    ----------
+    name : str, as :func:`open_source` takes it
+    recording : Recording, the one in use
+
+    Returns
+    -------
+    Recording
+        For the virtual bench the shipped one, where the one in use was taken with real cameras: nobody knows what those would see.
+    """
+    if name != "virtual" or "cameras" in recording.truth:
+        return recording
+    return open_recording("bench")

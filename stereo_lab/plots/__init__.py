@@ -11,3 +11,4 @@ from stereo_lab.plots.lesson03 import *  # noqa: F403
 from stereo_lab.plots.lesson04 import *  # noqa: F403
 from stereo_lab.plots.lesson05 import *  # noqa: F403
 from stereo_lab.plots.lesson06 import *  # noqa: F403
+from stereo_lab.plots.lesson07 import *  # noqa: F403

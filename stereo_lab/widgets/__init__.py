@@ -9,9 +9,10 @@ from stereo_lab.widgets.lesson02 import color_thresholds, hough_parameters
 from stereo_lab.widgets.lesson04 import ball_against_disparity, depth_samples
 from stereo_lab.widgets.lesson05 import arm_reaches
 from stereo_lab.widgets.lesson06 import registering, stopping
+from stereo_lab.widgets.lesson07 import LiveCell, live_cell
 from stereo_lab.widgets.panel import Panel
 
 __all__ = [
-    "Panel", "arm_reaches", "ball_against_disparity", "color_thresholds", "depth_samples", "epipolar_line",
-    "hough_parameters", "registering", "stopping",
+    "LiveCell", "Panel", "arm_reaches", "ball_against_disparity", "color_thresholds", "depth_samples", "epipolar_line",
+    "hough_parameters", "live_cell", "registering", "stopping",
 ]  # fmt: skip

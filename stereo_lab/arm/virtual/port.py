@@ -191,6 +191,11 @@ class VirtualPort(SerialBase):
             raise SerialException("the device is gone: virtual://arm was unplugged")
 
     @property
+    def follows_the_clock(self) -> bool:
+        """Whether its time is the computer's; else it passes while the host waits."""
+        return self._realtime
+
+    @property
     def link_deg(self) -> tuple[float, float]:
         """Where the links really are: what no encoder sees."""
         return self._plant.links[0], self._plant.links[1]

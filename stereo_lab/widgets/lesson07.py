@@ -1,0 +1,189 @@
+"""The live view of lesson 07: the whole cell at work in a thread of its own, while the page does something else."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from collections.abc import Callable
+
+import cv2
+import ipywidgets
+import numpy as np
+
+from stereo_lab.arm import Arm, connect
+from stereo_lab.errors import StereoLabError
+from stereo_lab.live import Follower, Moment, StereoSource, VirtualBench, open_source, run
+from stereo_lab.localization import Localizer
+from stereo_lab.recording import Recording
+from stereo_lab.widgets.panel import BLUE, ORANGE, WHITE, slider
+
+TICK_MS = 1000  # the page ticks so often while it is there
+SILENT_S = 5.0  # so long without a tick, and the run ends: a closed page must not drive an arm
+QUALITY = 80  # of the pictures on their way to the page
+PRESS = "Press play: the triangle on the left."
+
+
+class LiveCell(ipywidgets.VBox):
+    """Play and stop, the ball by sliders, both pictures. ``repr`` never changes, so that a notebook's output does not.
+
+    The run lives in a thread. ``Play`` starts it, stops it, and ticks: a page that is closed falls silent, and the run ends.
+
+    Parameters
+    ----------
+    open_arm : function that gives an Arm, or None for no arm
+    open_pictures : function (arm or None) that gives a StereoSource
+    stage : Recording, which knows cameras, arm and ball
+    localizer : Localizer
+    silent_s : float, so long without a tick until the run ends
+
+    Attributes
+    ----------
+    thread : Thread of the run, or None
+    """
+
+    def __init__(
+        self,
+        open_arm: Callable[[], Arm | None],
+        open_pictures: Callable[[Arm | None], StereoSource],
+        stage: Recording,
+        localizer: Localizer,
+        silent_s: float = SILENT_S,
+    ) -> None:
+        self._open_arm, self._open_pictures, self._stage, self._localizer = open_arm, open_pictures, stage, localizer
+        self._silent_s, self._heard_s, self._ends = silent_s, 0.0, False
+        self._source: StereoSource | None = None
+        self._follower: Follower | None = None
+        self.thread: threading.Thread | None = None
+        reach = round(stage.arm.reach_mm[1])
+        self.play = ipywidgets.Play(interval=TICK_MS, max=10**6, description="run")
+        self.follow = ipywidgets.ToggleButton(value=True, description="follow")
+        self.x = slider("ball: to the right (mm)", 100, -reach, reach)
+        self.y = slider("up (mm)", round(0.55 * reach), -reach, reach)
+        self.off = slider("before the plane (mm)", 0, -100, 100)
+        self.text = ipywidgets.Label(PRESS)
+        self.picture = ipywidgets.Image(format="jpeg", layout=ipywidgets.Layout(max_width="100%"))
+        self.picture.value = _jpeg(np.full((stage.image_size[1] // 4, stage.image_size[0] // 2, 3), 230, np.uint8))
+        super().__init__([ipywidgets.HBox([self.play, self.follow]), self.x, self.y, self.off, self.text, self.picture])
+        for control in (self.play, self.follow, self.x, self.y, self.off):
+            _answer_while_busy(control)
+        self.play.observe(self._tick, "value")
+        self.play.observe(self._pressed, "playing")
+        self.follow.observe(self._switch, "value")
+        for control in (self.x, self.y, self.off):
+            control.observe(self._move, "value")
+
+    def __repr__(self):
+        return "panel: the live cell"
+
+    def _pressed(self, change):
+        if change["new"]:
+            self._tick(change)
+        else:
+            self._ends = True
+
+    def _tick(self, _):
+        """The page is there. The first tick begins the run."""
+        self._heard_s = time.monotonic()
+        if self.play.playing and (self.thread is None or not self.thread.is_alive()):
+            self._ends = False
+            self.thread = threading.Thread(target=self._work, name="live cell", daemon=True)
+            self.thread.start()
+
+    def _switch(self, change):
+        if self._follower is not None:
+            self._follower.follows = change["new"]
+
+    def _move(self, _):
+        if isinstance(self._source, VirtualBench):
+            self._source.ball_mm = (self.x.value, self.y.value, self._stage.arm_depth_mm - self.off.value)
+
+    def _work(self):
+        """Everything from opening to closing, in the thread; whatever stops it is told under the buttons."""
+        try:
+            with contextlib.ExitStack() as stack:
+                self.text.value = "The arm moves: homing both joints …"
+                arm = self._open_arm()
+                if arm is not None:
+                    stack.callback(arm.close)
+                    arm.set_limits(self._stage.arm.limits_deg)
+                    if not arm.homed:
+                        arm.home()
+                    self._follower = Follower(arm, self._stage)
+                    self._follower.follows = self.follow.value
+                self._source = stack.enter_context(self._open_pictures(arm))
+                self._move(None)
+                moments = stack.enter_context(contextlib.closing(run(self._source, self._localizer, self._follower)))
+                self.text.value = self._show_all(moments)
+        except StereoLabError as error:
+            self.text.value = str(error)
+        finally:
+            self._source = self._follower = None
+
+    def _show_all(self, moments):
+        """Show moment after moment; says why it ended."""
+        for moment in moments:
+            self.picture.value = _jpeg(_drawn(moment))
+            self.text.value = f"{moment.said}; {moment.latency_ms:.0f} ms from the light to the order"
+            if self._ends:
+                return f"Ended. {PRESS}"
+            if time.monotonic() - self._heard_s > self._silent_s:
+                return "Ended: nothing was heard from this page."
+        return "The pictures have ended."
+
+
+def live_cell(source_name: str, arm_url: str | None, stage: Recording, localizer: Localizer) -> LiveCell:
+    """A live view of a source, with an arm that follows the ball; nothing is opened until play is pressed.
+
+    Parameters
+    ----------
+    source_name : str, as :func:`stereo_lab.live.open_source` takes it
+    arm_url : str or None, as :func:`stereo_lab.arm.connect` takes it; a virtual arm keeps the time of the clock
+    stage : Recording, which knows cameras, arm and ball
+    localizer : Localizer
+    """
+    if arm_url is not None and arm_url.startswith("virtual://") and "realtime" not in arm_url:
+        arm_url += ("&" if "?" in arm_url else "?") + "realtime=1"
+    return LiveCell(
+        lambda: None if arm_url is None else connect(arm_url),
+        lambda arm: open_source(source_name, recording=stage, arm=arm),
+        stage,
+        localizer,
+    )
+
+
+def _answer_while_busy(control):
+    """Let a control be heard while another cell runs.
+
+    ipykernel 7 hands a control's messages back to the shell that made it; without this note they stay in the thread that the
+    page asked for. Where a kernel has no such note, they wait for the cell.
+    """
+    with contextlib.suppress(AttributeError):
+        del control.comm._reply_subshell_id
+
+
+def _drawn(moment: Moment) -> np.ndarray:
+    """Both pictures beside each other, the ball marked, and what is known written on them."""
+    frame, track = moment.frame, moment.track
+    view = np.hstack([frame.left, frame.right])
+    for k, ball in enumerate(() if track is None or track.detections is None else track.detections):
+        center = round(ball.u + k * frame.left.shape[1]), round(ball.v)
+        cv2.circle(view, center, round(ball.radius_px) + 3, BLUE, 2, cv2.LINE_AA)
+        cv2.drawMarker(view, center, BLUE, cv2.MARKER_CROSS, 10, 2)
+    words = [f"{moment.rate_hz:.0f} pairs a second, {moment.cpu_percent:.0f} % CPU, {moment.rss_mb:.0f} MB"]
+    if track is not None:
+        p = track.position
+        words.append(f"ball x {p.x_mm:.0f}  y {p.y_mm:.0f}  depth {p.depth_mm:.0f} mm")
+    if moment.step is not None:
+        words.append(f"arm {moment.step.reached.theta1_deg:.0f}, {moment.step.reached.theta2_deg:.0f} degrees")
+    for k, line in enumerate(words):
+        at = (10, 24 + 24 * k)
+        cv2.putText(view, line, at, cv2.FONT_HERSHEY_SIMPLEX, 0.6, WHITE, 4, cv2.LINE_AA)
+        cv2.putText(view, line, at, cv2.FONT_HERSHEY_SIMPLEX, 0.6, (0, 0, 0), 1, cv2.LINE_AA)
+    if track is not None and not track.seen:
+        cv2.rectangle(view, (0, 0), (view.shape[1] - 1, view.shape[0] - 1), ORANGE, 6)
+    return view
+
+
+def _jpeg(picture):
+    return cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1].tobytes()
