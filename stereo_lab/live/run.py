@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections import deque
 from collections.abc import Iterator, Sequence
@@ -10,6 +11,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from stereo_lab.common.threads import one_thread
 from stereo_lab.live.follower import Follower, Step
 from stereo_lab.live.sources import Frame, StereoSource
 from stereo_lab.live.tracker import Track, Tracker
@@ -128,6 +130,8 @@ def run(
         If a camera falls silent, or the arm stops or does not answer.
     """
     tracker, usage, came, first_s = Tracker(localizer), Usage(), deque[float](maxlen=RATE_OVER + 1), None
+    threads = contextlib.ExitStack()
+    threads.enter_context(one_thread())  # windows of some pixels are not worth sharing out: more threads only wait
     number = 0
     try:
         while True:
@@ -155,5 +159,6 @@ def run(
             if seconds is not None and frame.time_s - first_s >= seconds:
                 return
     finally:
+        threads.close()
         if follower is not None:
             follower.leave()

@@ -134,10 +134,9 @@ class Tracker:
     def _predict(self, step_s):
         """Let the time pass: the ball goes on, its velocity fades, and both get less sure."""
         fades = np.exp(-step_s / FORGETS_S)
-        one = np.array([[1.0, FORGETS_S * (1 - fades)], [0.0, fades]])
-        pushed = np.array([step_s**2 / 2, step_s]) * self.acceleration_mm_s2
-        self._filter.transitionMatrix = np.kron(one, np.eye(3))
-        self._filter.processNoiseCov = np.kron(np.outer(pushed, pushed), np.eye(3))
+        way, speed = step_s**2 / 2 * self.acceleration_mm_s2, step_s * self.acceleration_mm_s2
+        self._filter.transitionMatrix = _blocks(1.0, FORGETS_S * (1 - fades), 0.0, fades)
+        self._filter.processNoiseCov = _blocks(way * way, way * speed, way * speed, speed * speed)
         self._filter.predict()
 
     def _fits(self, place):
@@ -161,6 +160,16 @@ class Tracker:
         values, sigmas = state[:, 0].tolist(), np.sqrt(np.diag(spread)).tolist()
         position = Position(*values[:3], tuple(sigmas[:3]))
         return Track(self._time_s, position, tuple(values[3:]), tuple(sigmas[3:]), seen, found)
+
+
+def _blocks(a, b, c, d):
+    """The same for each of three coordinates: four numbers, each times the 3x3 identity."""
+    matrix = np.zeros((6, 6))
+    np.fill_diagonal(matrix[:3, :3], a)
+    np.fill_diagonal(matrix[:3, 3:], b)
+    np.fill_diagonal(matrix[3:, :3], c)
+    np.fill_diagonal(matrix[3:, 3:], d)
+    return matrix
 
 
 def _vector(place):

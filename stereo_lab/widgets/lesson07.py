@@ -16,7 +16,7 @@ from stereo_lab.errors import StereoLabError
 from stereo_lab.live import Follower, Moment, StereoSource, VirtualBench, open_source, run
 from stereo_lab.localization import Localizer
 from stereo_lab.recording import Recording
-from stereo_lab.widgets.panel import BLUE, ORANGE, WHITE, slider
+from stereo_lab.widgets.panel import BLACK, BLUE, ORANGE, WHITE, slider
 
 TICK_MS = 1000  # the page ticks so often while it is there
 SILENT_S = 5.0  # so long without a tick, and the run ends: a closed page must not drive an arm
@@ -56,7 +56,7 @@ class LiveCell(ipywidgets.VBox):
         self._follower: Follower | None = None
         self.thread: threading.Thread | None = None
         reach = round(stage.arm.reach_mm[1])
-        self.play = ipywidgets.Play(interval=TICK_MS, max=10**6, description="run")
+        self.play = ipywidgets.Play(interval=TICK_MS, max=10**6, show_repeat=False)
         self.follow = ipywidgets.ToggleButton(value=True, description="follow")
         self.x = slider("ball: to the right (mm)", 100, -reach, reach)
         self.y = slider("up (mm)", round(0.55 * reach), -reach, reach)
@@ -176,10 +176,9 @@ def _drawn(moment: Moment) -> np.ndarray:
         words.append(f"ball x {p.x_mm:.0f}  y {p.y_mm:.0f}  depth {p.depth_mm:.0f} mm")
     if moment.step is not None:
         words.append(f"arm {moment.step.reached.theta1_deg:.0f}, {moment.step.reached.theta2_deg:.0f} degrees")
+    cv2.rectangle(view, (0, 0), (430, 14 + 26 * len(words)), WHITE, -1)
     for k, line in enumerate(words):
-        at = (10, 24 + 24 * k)
-        cv2.putText(view, line, at, cv2.FONT_HERSHEY_SIMPLEX, 0.6, WHITE, 4, cv2.LINE_AA)
-        cv2.putText(view, line, at, cv2.FONT_HERSHEY_SIMPLEX, 0.6, (0, 0, 0), 1, cv2.LINE_AA)
+        cv2.putText(view, line, (10, 24 + 26 * k), cv2.FONT_HERSHEY_SIMPLEX, 0.65, BLACK, 1, cv2.LINE_AA)
     if track is not None and not track.seen:
         cv2.rectangle(view, (0, 0), (view.shape[1] - 1, view.shape[0] - 1), ORANGE, 6)
     return view
