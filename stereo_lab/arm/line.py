@@ -24,6 +24,7 @@ GIVE_UP_S = 0.9  # and after so long it has failed
 BOOT_S = 2.5  # a board on USB restarts when its port is opened
 AGAIN_S = 0.05  # where noise is heard it is sent again so soon
 LOOK_S = 0.02  # how long one look at the port lasts
+SHORTEST_REPLY, SHORTEST_STATUS = len("ok*ABCD\n"), len("<off t=0 h=0 f=- p=0.00,0.00 v=0,0 lost=0 drop=0*ABCD>\n")
 ROUNDING_S = 1e-6
 MEANING = {
     wire.COMMAND: "there is no such command", wire.ARGUMENT: "an argument is missing or is not what it should be",
@@ -182,7 +183,7 @@ class SerialLine:
             self._status, self._heard = None, Heard()
             self.write(b"\n" + wire.ASK + b"\n")
             while self._status is None and not self._heard.garbled and self.clock() < until - ROUNDING_S:
-                self._look(until)
+                self._look(until, SHORTEST_STATUS)
             return self._status
 
     def listen(self, seconds: float) -> None:
@@ -236,13 +237,13 @@ class SerialLine:
                 self._heard.other += 1
             if self._heard.garbled > garbled or self.clock() >= until - ROUNDING_S:
                 return None
-            self._look(until)
+            self._look(until, SHORTEST_REPLY)
 
-    def _look(self, until):
-        """Read what is there, or wait a little for it."""
+    def _look(self, until, shortest=1):
+        """Read what is there, or wait a little for it; to be woken for each byte of a line that cannot be shorter is dear."""
         try:
             self.port.timeout = max(min(LOOK_S, until - self.clock()), 0)
-            data = self.port.read(max(1, self.port.in_waiting))
+            data = self.port.read(max(1, self.port.in_waiting, shortest - len(self._buffer)))
         except (serial.SerialException, OSError, TypeError) as error:
             raise self._gone(error) from None
         self._heard.bytes += len(data)
