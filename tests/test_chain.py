@@ -22,6 +22,7 @@ from stereo_lab.errors import CalibrationError
 from stereo_lab.localization import Localizer
 from stereo_lab.recording import open_recording
 from stereo_lab.results import benchmark as measure
+from stereo_lab.results import live_cost
 from stereo_lab.results.evaluation import clutter_of
 
 
@@ -193,7 +194,19 @@ def test_every_command_has_help_with_an_example():
 def test_bench_measures_every_way(bench, bench_calibration, monkeypatch):
     monkeypatch.setattr(measure, "PAIRS", 3)
     monkeypatch.setattr(measure, "POINTS", 20_000)
+    monkeypatch.setattr(live_cost, "PAPERS_PAIRS", 40)
+    monkeypatch.setattr(live_cost, "SECONDS", 3.0)
     groups = measure.benchmark(bench)
+    assert (
+        groups["ratios"]["track_vs_sgbm"] > 10
+        and groups["ratios"]["track_vs_paper"] > groups["ratios"]["search_vs_paper"] > 1
+    )
+    assert groups["errors_mm"]["cone, whole pictures"] == groups["locating"][1]["error_mm"]
+    assert groups["run"]["pairs"] == 40 and groups["run"]["lost"] == 0 and 8 < groups["run"]["rate_hz"] < 10.5
+    assert groups["cpu_percent"] == groups["run"]["cpu_percent"] > 0 and 40 < groups["rss_mb"] < 300
+    assert 0 < groups["latency_ms"]["median"] <= groups["latency_ms"]["p95"]
+    assert groups["hand_mm"]["ahead"] < groups["hand_mm"]["seen"]
+    assert json.loads(json.dumps(groups)) == groups
     paper, whole, near, dense = groups["locating"]
     assert max(whole["error_mm"], near["error_mm"]) < min(3, paper["error_mm"], dense["error_mm"])
     one_by_one, arrays, searched = groups["inverse_kinematics"][:3]

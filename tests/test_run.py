@@ -9,6 +9,7 @@ import sys
 import time
 from contextlib import closing, contextmanager
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ import pytest
 from conftest import ROOT
 from stereo_lab import cli
 from stereo_lab.arm import connect
+from stereo_lab.arm.virtual.served import served_arm
 from stereo_lab.errors import ArmError, StereoLabError, UnreachableTargetError
 from stereo_lab.kinematics import JointAngles
 from stereo_lab.live import Follower, VirtualBench, open_source, round_trip, run, touch_in_turn
@@ -25,6 +27,7 @@ from stereo_lab.live.log import RunLog, header, read_log, write_csv
 from stereo_lab.live.usage import Usage
 from stereo_lab.localization import Localizer
 from stereo_lab.recording import open_recording
+from stereo_lab.results.live_cost import ToAndFro, hand_at_ball, page, to_the_arm, whole_run
 
 HEAD = header("virtual:bench", "virtual://arm", "bench", {"pairs": 24})
 
@@ -456,3 +459,26 @@ def test_steering_refuses_what_moving_refuses(bench):
         assert arm.check().state == "run"
         arm.wait(3.0)
         assert arm.check().position_deg == pytest.approx((20, 10), abs=0.2)
+
+
+def test_a_served_arm_is_an_arm_in_another_process():
+    with served_arm() as url:
+        assert url.startswith("socket://127.0.0.1:")
+        with connect(url) as arm:
+            arm.enable()
+            arm.steer(JointAngles(3, 0))
+            assert arm.check().state == "run" and not hasattr(arm.port, "link_deg")
+    with pytest.raises(ArmError):
+        connect(url)
+
+
+def test_a_film_goes_to_and_fro(bench):
+    film = [pair.name for pair in bench.pairs("track")]
+    names = [pair.name for pair in ToAndFro(bench, 2 * len(film) + 3, 10.0).pairs]
+    assert names[: len(film)] == film and names[len(film)] == film[-2] and names[2 * len(film) - 2 :][:2] == film[:2]
+
+
+def test_what_the_paper_cost_is_not_measured_without_a_film(second_rig):
+    without = SimpleNamespace(sets=["evaluation"], truth={})
+    assert whole_run(without) is None and to_the_arm(without) is None and hand_at_ball(without) is None
+    assert page({"run": None, "latency_ms": None, "hand_mm": None}) == ["The live cell", ""]

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from stereo_lab.detection import Detection
-from stereo_lab.results import speeds
+from stereo_lab.detection import BallColor, BallDetector, Detection
+from stereo_lab.results import scaling, speeds
 
 
 @pytest.fixture(scope="module")
@@ -51,3 +51,38 @@ def test_what_is_lost_and_what_is_wrong():
     told = speeds._told(found, 10.0)
     assert (told["of"], told["lost"], told["wrong"]) == (3, 1, 1)
     assert told["ms"] == 2 and told["times"] == 5 and told["center_px"] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("size", [(320, 240), (1280, 720), (640, 480)])
+def test_a_larger_picture_shows_the_same_ball_to_larger_cameras(bench, bench_calibration, size):
+    """The ball of a picture that was made larger, and its sides drawn out, lies on the same ray."""
+    sample = bench.samples("evaluation")[0]
+    cameras = scaling.calibration_for(bench_calibration, size)
+    whole = BallDetector("red", camera=bench_calibration.camera("left")).detect(sample.pair.left)
+    picture = scaling.fitted(sample.pair.left, size)
+    assert picture.shape == (size[1], size[0], 3)
+    ball = BallDetector("red", camera=cameras.camera("left")).detect(picture)
+    rays = [c.rectify_points([b.center_px], "left")[0] for c, b in ((bench_calibration, whole), (cameras, ball))]
+    own = [
+        (ray - c._rectified["left"][1][:2, 2]) / c.focal_px
+        for ray, c in zip(rays, (bench_calibration, cameras), strict=True)
+    ]
+    assert own[0] == pytest.approx(own[1], abs=0.4 / bench_calibration.focal_px * 640 / size[0] + 1e-3)
+
+
+def test_painted_things_have_the_balls_color_and_leave_the_picture_alone(bench):
+    picture = bench.samples("evaluation")[0].pair.left
+    before = picture.copy()
+    red = [np.count_nonzero(BallColor.named("red").mask(scaling.painted(picture, n))) for n in (0, 8, 32)]
+    assert (picture == before).all() and red[0] + 8 * 100 < red[1] < red[2]
+
+
+def test_the_time_is_told_for_every_size_and_for_full_pictures(bench, monkeypatch):
+    monkeypatch.setattr(scaling, "PICTURES", 2)
+    monkeypatch.setattr(speeds, "LOOKS", 1)
+    rows = scaling.scaling(bench)
+    assert [(*row["size"], row["things"]) for row in rows] == [(*size, 0) for size in scaling.SIZES] + [
+        (640, 480, n) for n in scaling.THINGS
+    ]
+    assert all(row["paper_ms"] > 0 and row["search_ms"] > 0 and row["track_ms"] > 0 for row in rows)
+    assert "1920x1080" in "\n".join(scaling.page(rows))

@@ -18,18 +18,19 @@ from stereo_lab.common.threads import one_thread
 from stereo_lab.detection import Detection
 from stereo_lab.localization import Localizer
 from stereo_lab.recording import Position, Recording
-from stereo_lab.results import speeds
+from stereo_lab.results import live_cost, scaling, speeds
 
 PAIRS = 24
 POINTS = 1_000_000
 ONE_BY_ONE = 300
 SEARCHES = 20
 MOVES = 12
+NEAR, DENSE = "cone, near the last place", "dense stereo (SGBM), at the ball"
 
 
 def benchmark(
     recording: Recording, report: Callable[[str, int, int], object] = lambda step, done, total: None
-) -> dict[str, list[dict[str, Any]]]:
+) -> dict[str, Any]:
     """Measure each way of doing a thing, in one run.
 
     Parameters
@@ -41,7 +42,8 @@ def benchmark(
     -------
     dict : name of the group -> list of dict with "way", "ms" (milliseconds for one), "times" (how many times
         faster than the first way), "error_mm" (mean), and for the virtual arm "times" against the clock;
-        "detecting" as :func:`stereo_lab.results.speeds.detecting` gives it
+        "detecting" as :func:`stereo_lab.results.speeds.detecting` gives it, "scaling" as :func:`stereo_lab.results.scaling.scaling`;
+        "ratios", "errors_mm", "cpu_percent", "rss_mb", "latency_ms", "run" and "hand_mm" sum up, None where nothing tells them
     """
     found = speeds.detecting(recording, report)
     with one_thread():
@@ -50,23 +52,56 @@ def benchmark(
         solving = inverse_kinematics(recording.arm)
         report("the virtual arm", 0, 1)
         moving = virtual_arm()
-    return {
+    groups = {
         "detecting": found,
+        "scaling": scaling.scaling(recording, report),
         "locating": _beside(vision),
         "inverse_kinematics": _beside(solving),
         "virtual_arm": moving,
     }
+    return {**groups, **_summed_up(groups), **_live(recording, report)}
 
 
-def page(groups: dict[str, list[dict[str, Any]]]) -> str:
+def _summed_up(groups):
+    """The three ratios and the errors that the kit is judged by."""
+    ms = {row["way"]: row["ms"] for row in groups["locating"]}
+    followed = ms.get(NEAR)
+    ratios = {
+        "search_vs_paper": _times(groups, "cone, whole picture"),
+        "track_vs_paper": _times(groups, NEAR),
+        "track_vs_sgbm": ms[DENSE] / followed if followed and DENSE in ms else None,
+    }
+    return {"ratios": ratios, "errors_mm": {row["way"]: row["error_mm"] for row in groups["locating"]}}
+
+
+def _times(groups, way):
+    """How many times faster than the paper's chain one way is, on the first set that has it."""
+    return next((row["times"] for row in groups["detecting"] if row["way"] == way), None)
+
+
+def _live(recording, report):
+    """What the live cell costs."""
+    run = live_cost.whole_run(recording, live_cost.PAPERS_PAIRS, report)
+    report("the way to the arm, by the clock", 0, 1)
+    latency = live_cost.to_the_arm(recording)
+    report("the hand at a moving ball", 0, 1)
+    hand = live_cost.hand_at_ball(recording)
+    told = {"cpu_percent": None, "rss_mb": None} if run is None else {k: run[k] for k in ("cpu_percent", "rss_mb")}
+    return {"run": run, **told, "latency_ms": latency, "hand_mm": hand}
+
+
+def page(groups: dict[str, Any]) -> str:
     """The groups as text for the terminal."""
     titles = {
         "locating": ("One pair of pictures to the ball's place", "depth, mean error (mm)"),
         "inverse_kinematics": ("One point to two joint angles", "hand, mean error (mm)"),
     }
-    lines = speeds.page(groups["detecting"])
+    lines = speeds.page(groups["detecting"]) + scaling.page(groups["scaling"])
     for name, (title, error) in titles.items():
         lines += [f"{title:36s} {'ms':>10s} {'times as fast':>14s}   {error}", *map(_line, groups[name]), ""]
+    if (dense := groups["ratios"]["track_vs_sgbm"]) is not None:
+        lines += [f"  following is {dense:.0f} times as fast as dense stereo (SGBM)", ""]
+    lines += live_cost.page(groups)
     lines += [f"{'The virtual arm':36s} {'':10s} {'times as fast as the clock':>14s}"]
     return "\n".join(lines + [f"  {row['way']:34s} {'':10s} {row['times']:14.3g}" for row in groups["virtual_arm"]])
 
@@ -90,8 +125,8 @@ def locating(
     ways: dict[str, Callable[[tuple[np.ndarray, np.ndarray], Any, Any], Position | None]] = {
         "the paper's way": lambda pair, seen, near: paper.locate(*pair),
         "cone, whole pictures": lambda pair, seen, near: cone.locate(*pair),
-        "cone, near the last place": lambda pair, seen, near: cone.locate(*pair, near=near),
-        "dense stereo (SGBM), at the ball": lambda pair, seen, near: dense.locate(*pair, seen),
+        NEAR: lambda pair, seen, near: cone.locate(*pair, near=near),
+        DENSE: lambda pair, seen, near: dense.locate(*pair, seen),
     }
     spent: dict[str, list[float]] = {name: [] for name in ways}
     errors: dict[str, list[float]] = {name: [] for name in ways}
