@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stereo_lab.errors import StereoLabError
-from stereo_lab.live import CameraSource, RecordingSource, VirtualBench, open_source
+from stereo_lab.live import CameraSource, RecordingSource, VirtualBench, look, open_source
 from stereo_lab.live.cameras import what_is_wrong
 from stereo_lab.localization import Localizer
 from stereo_lab.recording import open_recording
@@ -385,3 +385,21 @@ def test_only_rendered_cameras_can_be_drawn(tmp_path, bench):
         VirtualBench(open_recording(tmp_path / "real"))
     with open_source("virtual:second_rig") as source:
         assert source.name == "virtual:second_rig" and source.read().left.shape[1::-1] == source.size
+
+
+def test_one_look_from_wherever_a_lesson_is_told(bench, monkeypatch):
+    pair = bench.samples("evaluation")[0].pair
+    assert (look("recording", bench, pair).right == pair.right).all()
+    alone = bench.pairs("snaps")[0]
+    assert alone.right_path is not None or (look("recording", bench, alone).right == alone.left).all()
+    place = Localizer.fit(bench).locate(*(getattr(look("virtual", bench, pair), side) for side in ("left", "right")))
+    assert (place.x_mm, place.y_mm, place.depth_mm) == pytest.approx((0, 120, 1000), abs=2)
+    for word in ("Virtual", "bench", "cameras"):
+        with pytest.raises(StereoLabError, match='Expected "recording", "virtual" or "cameras:0,1"'):
+            look(word, bench, pair)
+    Fake.cameras.clear()
+    monkeypatch.setattr("stereo_lab.live.cameras.CameraSource.read", lambda self: None)
+    monkeypatch.setattr("stereo_lab.live.cameras.CameraSource.__init__", lambda self, *_, **__: None)
+    monkeypatch.setattr("stereo_lab.live.cameras.CameraSource.close", lambda self: None)
+    with pytest.raises(StereoLabError, match="gave no pictures"):
+        look("cameras:0,1", bench, pair)

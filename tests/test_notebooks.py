@@ -142,6 +142,25 @@ def test_the_solved_course_runs_and_passes(path, monkeypatch):
     assert "NOT ATTEMPTED" not in text and "NOT YET" not in text
 
 
+LOOKS = [
+    path for path in NOTEBOOKS if 'source_name = "recording"' in path.read_text(encoding="utf-8").replace('\\"', '"')
+]
+
+
+def test_the_lessons_that_take_pictures_say_where_from():
+    assert [path.stem[:2] for path in LOOKS] == ["00", "01", "02", "03", "04"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", LOOKS, ids=lambda p: p.stem)
+def test_it_runs_on_the_virtual_bench(path, monkeypatch):
+    notebook = nbformat.read(path, 4)
+    for cell in notebook.cells:
+        cell.source = cell.source.replace('source_name = "recording"', 'source_name = "virtual"')
+    text = execute(notebook, monkeypatch, ROOT / "data" / "bench")
+    assert "NOT YET" not in text and not NO_NUMBER.search(text)
+
+
 @pytest.mark.slow
 @every_notebook
 def test_it_runs_on_another_rig(path, monkeypatch):

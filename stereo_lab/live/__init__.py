@@ -4,7 +4,7 @@ from stereo_lab.live.bench import DrawnCameras, VirtualBench, round_trip
 from stereo_lab.live.cameras import CameraSource
 from stereo_lab.live.follower import Follower, Step, hand_to_ball
 from stereo_lab.live.run import Moment, run
-from stereo_lab.live.sources import Frame, RecordingSource, Source, StereoSource, open_source, stage_of
+from stereo_lab.live.sources import Frame, RecordingSource, Source, StereoSource, look, open_source, stage_of
 from stereo_lab.live.touching import touch_in_turn
 from stereo_lab.live.tracker import Track, Tracker
 
@@ -22,6 +22,7 @@ __all__ = [
     "Tracker",
     "VirtualBench",
     "hand_to_ball",
+    "look",
     "open_source",
     "round_trip",
     "run",

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from stereo_lab.errors import StereoLabError
-from stereo_lab.recording import Recording, open_recording
+from stereo_lab.recording import Recording, StereoPair, open_recording
 
 if TYPE_CHECKING:
     from stereo_lab.arm import Arm
@@ -254,3 +254,29 @@ def stage_of(name: str, recording: Recording) -> Recording:
     if name != "virtual" or "cameras" in recording.truth:
         return recording
     return open_recording("bench")
+
+
+def look(name: str, recording: Recording, pair: StereoPair) -> Frame:
+    """One pair of pictures, from wherever a lesson is told to take it.
+
+    Parameters
+    ----------
+    name : str
+        "recording": ``pair`` itself; "virtual": the recording's bench, drawn now; "cameras:0,1": two cameras.
+    recording : Recording, whose cameras they are
+    pair : StereoPair of it; where the left camera was alone, its picture stands in for the right one as well
+
+    Raises
+    ------
+    StereoLabError
+        If a camera does not open, or nobody knows what the recording's cameras would see.
+    """
+    if name == "recording":
+        return Frame(0.0, pair.left, pair.left if pair.right_path is None else pair.right)
+    if name != "virtual" and not name.startswith("cameras:"):
+        raise StereoLabError(f'Expected "recording", "virtual" or "cameras:0,1"; got {name!r}.')
+    with open_source(name, recording.image_size, recording=recording) as source:
+        frame = source.read()
+    if frame is None:
+        raise StereoLabError(f"{name} gave no pictures.")
+    return frame
