@@ -293,6 +293,15 @@ def test_a_touched_ball_that_stays_is_not_touched_again(bench, localizer):
         assert next(lines) == "the pictures have ended" and next(lines) == "home"
 
 
+def test_touching_waits_for_a_ball_and_not_for_ever(bench, localizer):
+    with connect("virtual://arm") as arm:
+        arm.home()
+        source = VirtualBench(bench, arm.port, clock=arm.line.clock, sleep=arm.line.listen)
+        source.ball_mm = (0.0, 475.0, 1000.0)
+        said = list(touch_in_turn(source, localizer, arm, bench, patience_s=3))
+        assert said[1:] == ["the ball is out of reach", "no ball to touch for 3 s", "home"] and 3 < source.now() < 30
+
+
 def test_a_ball_that_cannot_be_touched_is_told(bench, localizer):
     with connect("virtual://arm") as arm:
         arm.home()

@@ -259,8 +259,8 @@ def round_trip(recording: Recording, speed_mm_s: float = 100.0) -> Callable[[flo
     -------
     function of the time in seconds, giving (x, y, depth) in mm
     """
-    near, far = recording.arm.reach_mm
-    up, radius = (near + far) / 2, (far - near) / 5
+    far = recording.arm.reach_mm[1]
+    up, radius = 0.6 * far, 0.18 * far
     turns = speed_mm_s / radius  # radians a second
 
     def path(time_s: float) -> tuple[float, float, float]:

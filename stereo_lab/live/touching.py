@@ -17,6 +17,7 @@ from stereo_lab.localization import Localizer
 from stereo_lab.recording import Recording
 
 STILL, STILL_MM = 10, 3.0  # a ball lies still that was seen so often in a row within so many mm
+PATIENCE_S = 60.0
 BEFORE_MM = 30.0  # before the ball the arm stops; the last bit goes straight in
 
 
@@ -28,6 +29,7 @@ def touch_in_turn(
     balls: int = 3,
     move_on: Callable[[int], None] = lambda touched: None,
     sinks: Sequence[Sink] = (),
+    patience_s: float = PATIENCE_S,
 ) -> Iterator[str]:
     """Touch balls, or one ball in several places, and go home.
 
@@ -40,11 +42,12 @@ def touch_in_turn(
     balls : int, how many are touched
     move_on : function (how many were touched so far), called when the hand is off the ball again
     sinks : sequence of Sink
+    patience_s : float, so long it waits for a ball that it can touch, by the clock of the pictures
 
     Yields
     ------
     str
-        What happens, in words. It ends early where the pictures end.
+        What happens, in words. It ends early where the pictures end, or no ball comes.
 
     Raises
     ------
@@ -54,9 +57,8 @@ def touch_in_turn(
     radius, touched = recording.ball.diameter_mm / 2, np.empty((0, 3))
     while len(touched) < balls:
         yield f"ball {len(touched) + 1} of {balls}: waiting for one that lies still"
-        place = yield from _one_that_lies_still(source, localizer, recording, touched, sinks)
+        place = yield from _one_that_lies_still(source, localizer, recording, touched, sinks, patience_s)
         if place is None:
-            yield "the pictures have ended"
             break
         near, poses = _poses(recording, arm, place, radius)
         arm.move_to(near)
@@ -87,12 +89,16 @@ def _turn(now: JointAngles, then: JointAngles) -> float:
     return max(abs(then.theta1_deg - now.theta1_deg), abs(then.theta2_deg - now.theta2_deg))
 
 
-def _one_that_lies_still(source, localizer, recording, touched, sinks):
-    """The mean place of a ball that lies still and can be touched, at another place than those before; None at the end."""
+def _one_that_lies_still(source, localizer, recording, touched, sinks, patience_s):
+    """The mean place of a ball that lies still and can be touched, at another place than those before; or None."""
     places, told = deque(maxlen=STILL), ""
     radius = recording.ball.diameter_mm / 2
+    until_s = source.now() + patience_s
     with closing(run(source, localizer, sinks=sinks)) as moments:
         for moment in moments:
+            if moment.frame.time_s > until_s:
+                yield f"no ball to touch for {patience_s:.0f} s"
+                return None
             track = moment.track
             if track is None or not track.seen:
                 places.clear()
@@ -111,6 +117,7 @@ def _one_that_lies_still(source, localizer, recording, touched, sinks):
             if words != told:
                 yield words
             told = words
+    yield "the pictures have ended"
     return None
 
 
