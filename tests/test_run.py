@@ -245,7 +245,10 @@ def test_a_run_tells_what_it_saw_and_asked_for(bench, localizer, tmp_path):
     assert record["left_u"] == pytest.approx(last.track.detections[0].u, abs=0.01)
     assert last.latency_ms > 1000 / 30  # one picture late
     assert set(last.stages_ms) == {"wait", "find", "steer"} and record["said"] == "follows"
-    assert {"lost_edges", "rate_hz", "cpu_percent", "rss_mb", "sigma_depth_mm", "right_score"} <= set(record)
+    assert {"lost_edges", "rate_hz", "rss_mb", "sigma_depth_mm", "right_score"} <= set(record)
+    assert ("cpu_percent" in record) == (last.cpu_percent > 0)  # known after a second
+    assert replace(last, cpu_percent=12.34).record()["cpu_percent"] == 12.3
+    assert replace(last, track=None, step=None).record().get("x_mm") is None
 
 
 def test_a_recording_runs_without_an_arm(localizer):
@@ -367,6 +370,23 @@ def test_a_log_as_a_table(tmp_path):
     log.close()
     write_csv(read_log(tmp_path / "run.jsonl"), tmp_path / "run.csv")
     assert (tmp_path / "run.csv").read_text() == 'number,said,x_mm\n0,"no ball, yet",\n1,follows,1.5\n'
+
+
+def test_a_log_is_drawn(tmp_path, capsys):
+    log = RunLog(tmp_path / "run.jsonl", HEAD)
+    for k in range(40):
+        log.write(
+            {"number": k, "time_s": k / 10, "said": "sees the ball", "x_mm": float(k), "rss_mb": 80.0, "rate_hz": 10.0}
+        )
+    log.close()
+    for ending in ("png", "svg"):
+        assert cli.main(["log", str(tmp_path / "run.jsonl"), "--plot", str(tmp_path / f"run.{ending}")]) == 0
+        assert (tmp_path / f"run.{ending}").stat().st_size > 10_000
+    assert cli.main(["log", str(tmp_path / "run.jsonl"), "--plot", str(tmp_path / "run.xyz")]) == 2
+    assert ".png, .svg or .pdf" in capsys.readouterr().err and not (tmp_path / "run.xyz").exists()
+    RunLog(tmp_path / "empty.jsonl", HEAD).close()
+    assert cli.main(["log", str(tmp_path / "empty.jsonl"), "--plot", str(tmp_path / "no.png")]) == 2
+    assert "nothing to draw" in capsys.readouterr().err
 
 
 def test_a_full_disk_ends_the_log_and_not_the_run(tmp_path):

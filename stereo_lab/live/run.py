@@ -76,7 +76,8 @@ class Moment:
         facts |= {} if self.step is None else _of_step(self.step)
         facts |= {f"{stage}_ms": round(ms, 2) for stage, ms in self.stages_ms.items()}
         facts |= {"latency_ms": round(self.latency_ms, 2), "rate_hz": round(self.rate_hz, 2)}
-        return facts | {"cpu_percent": round(self.cpu_percent, 1), "rss_mb": round(self.rss_mb, 1)}
+        facts |= {"cpu_percent": round(self.cpu_percent, 1)} if self.cpu_percent else {}  # 0: no second has passed
+        return facts | {"rss_mb": round(self.rss_mb, 1)}
 
 
 def _of_track(track):
