@@ -25,12 +25,21 @@ def run_bench(options: argparse.Namespace) -> int:
 
 
 def run_test(options: argparse.Namespace) -> int:
-    """The package's tests and the notebooks, side by side: one is run by pytest, the other by nbval."""
+    """The package's tests by pytest and the notebooks by nbval, side by side.
+
+    The quick tests are shared out: a third of their files go with the notebooks, for two cores. The slow ones are not, for some
+    of them go by the clock.
+    """
     from stereo_lab.recording import REPOSITORY
 
-    pytest = [sys.executable, "-m", "pytest", "-q"]
-    package = [*pytest, "tests", *([] if options.all else ["-m", "not slow"])]
+    files = sorted(str(path.relative_to(REPOSITORY)) for path in (REPOSITORY / "tests").glob("test_*.py"))
+    pytest, quick = [sys.executable, "-m", "pytest", "-q"], ["-m", "not slow"]
     notebooks = [*pytest, "--nbval", "--nbval-cell-timeout=120", "notebooks"]
+    if options.all:
+        package = [*pytest, "tests"]
+    else:
+        package = [*pytest, *quick, *(name for k, name in enumerate(files) if k % 3)]
+        notebooks += [*quick, *files[::3]]
     with tempfile.TemporaryFile() as later:
         beside = subprocess.Popen(notebooks, cwd=REPOSITORY, stdout=later, stderr=subprocess.STDOUT)
         try:
@@ -39,6 +48,6 @@ def run_test(options: argparse.Namespace) -> int:
         finally:
             beside.kill()
         later.seek(0)
-        print("The notebooks:", flush=True)
+        print("The notebooks:" if options.all else "The notebooks, and the rest of the tests:", flush=True)
         sys.stdout.buffer.write(later.read())
     return code or beside.returncode  # a run that a signal ended has a code below zero
