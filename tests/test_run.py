@@ -451,12 +451,24 @@ def test_the_command_runs_logs_and_is_summarised(tmp_path, capsys, arm):
         (["run", "--source", "cameras:0,0"], "two different cameras"),
         (["run", "--source", "nothing"], "nothing"),
         (["run", "--mqtt", "a b"], "HOST:PORT"),
+        (["run", "--rate", "0"], "pairs a second; got 0"),
+        (["run", "--rate", "nan"], "pairs a second; got nan"),
+        (["run", "--rate", "-3", "--source", "bench"], "pairs a second; got -3"),
         (["log", "nothing.jsonl"], "No such file"),
     ],
 )
 def test_bad_words_get_a_sentence(words, answer, capsys):
     assert cli.main(words) == 2
     assert answer in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "words", [["run", "--seconds", "0"], ["run", "--seconds=-1"], ["watch", "h", "--seconds", "nan"]]
+)
+def test_a_time_that_is_over_is_refused(words, capsys):
+    with pytest.raises(SystemExit) as end:
+        cli.main(words)
+    assert end.value.code == 2 and "seconds above 0" in capsys.readouterr().err
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows sends Ctrl-C another way")

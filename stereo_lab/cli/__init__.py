@@ -186,7 +186,7 @@ def _parser():
         "--mqtt", metavar="HOST[:PORT]", help="tell a broker; see `stereo-lab watch` (needs the extra: live)"
     )
     live.add_argument("--bench", metavar="NAME", help="what this bench is called there (default: this computer's name)")
-    live.add_argument("--seconds", type=float, metavar="S", help="end after so long")
+    live.add_argument("--seconds", type=_seconds, metavar="S", help="end after so long")
 
     log = add("log", run_log, "Summarise the log of a run.", "log run.jsonl --csv run.csv --plot run.png")
     log.add_argument("file", metavar="FILE")
@@ -199,7 +199,7 @@ def _parser():
         "watch 192.168.1.10",
     )  # fmt: skip
     watch.add_argument("host", metavar="HOST[:PORT]", help="the broker")
-    watch.add_argument("--seconds", type=float, metavar="S", help="end after so long (else Ctrl-C ends it)")
+    watch.add_argument("--seconds", type=_seconds, metavar="S", help="end after so long (else Ctrl-C ends it)")
 
     bench = add(
         "bench", run_bench, "Measure speed and accuracy beside the alternatives, on this computer.",
@@ -210,6 +210,13 @@ def _parser():
     test = add("test", run_test, "Run the tests: package and notebooks.", "test")
     test.add_argument("--all", action="store_true", help="everything that continuous integration runs")
     return parser
+
+
+def _seconds(word):
+    """A time that ends something."""
+    if not (seconds := float(word)) > 0:  # refuses NaN as well
+        raise argparse.ArgumentTypeError(f"expected a number of seconds above 0, got {word}")
+    return seconds
 
 
 def _add_recording(parser):

@@ -138,7 +138,7 @@ class _Side:
         if self._capture is None:
             raise StereoLabError(
                 f"Camera {number} ({word}) does not open. Is it plugged in, and does no other program use it? "
-                "`stereo-lab ready` looks what there is."
+                "Cameras are counted from 0; one that is built into the computer is one of them."
             )
         self.thread = threading.Thread(target=self._run, name=f"camera {word}", daemon=True)
 

@@ -17,6 +17,7 @@ from stereo_lab.recording import Recording, StereoPair, open_recording
 if TYPE_CHECKING:
     from stereo_lab.arm import Arm
 
+LEAST_HZ, MOST_HZ = 0.1, 1000.0  # pairs a second
 FILM = "track"  # the set of a recording whose pictures follow one another
 
 
@@ -220,6 +221,8 @@ def open_source(
     from stereo_lab.live.bench import VirtualBench
     from stereo_lab.live.cameras import CameraSource
 
+    if not LEAST_HZ <= rate_hz <= MOST_HZ:  # refuses NaN as well
+        raise StereoLabError(f"Expected {LEAST_HZ:g} to {MOST_HZ:g} pairs a second; got {rate_hz:g}.")
     words = str(name)
     kind, _, rest = words.partition(":")
     if kind == "virtual":
