@@ -1,4 +1,4 @@
-"""The controllers that the conformance suite runs on, behind one face.
+"""The controllers that the conformance suite runs on, behind one face; each has a clock of its own.
 
 ``virtual`` is ``virtual://arm``; ``chip`` the firmware in a simulated ATmega328P, in its own time; ``pty`` the same
 behind a pseudo-terminal, by the clock. The last two need gcc, gcc-avr, avr-libc, arduino-core-avr and libsimavr-dev
@@ -291,6 +291,10 @@ class PtyBench:
         time.sleep(0.05)  # what is on the line has arrived
         self.port.reset_input_buffer()
         self._ask("reset")
+
+    def clock(self):
+        """The chip's own time: on a busy computer its program falls behind the clock on the wall."""
+        return self._ask("ask")[4]
 
     def link_deg(self, j):
         return self._ask("ask")[j]

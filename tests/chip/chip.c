@@ -2,7 +2,8 @@
  *
  * As a shared library: tests drive it by ctypes, in its own time. With -DSERVE, as a program: it serves its serial
  * line on a pseudo-terminal by the clock, and takes from its standard input, a line each: reset | reverse J | hold J |
- * ask (answers with both links and both motors in degrees).
+ * ask. Each is answered with both links and both motors in degrees, and the chip's own time in seconds: on a busy
+ * computer that is behind the clock.
  */
 #define _GNU_SOURCE
 #include <math.h>
@@ -302,7 +303,8 @@ int main(int argc, char **argv) {
             } else if (!strncmp(order, "reverse", 7) || !strncmp(order, "hold", 4)) {
                 chip_fault(chip, order[0] == 'r' ? "reverse" : "hold", atoi(strchr(order, ' ')) - 1);
             }
-            printf("%.4f %.4f %.4f %.4f\n", chip_link(chip, 0), chip_link(chip, 1), chip_position(chip, 0), chip_position(chip, 1));
+            printf("%.4f %.4f ", chip_link(chip, 0), chip_link(chip, 1));
+            printf("%.4f %.4f %.4f\n", chip_position(chip, 0), chip_position(chip, 1), chip_seconds(chip));
             fflush(stdout);
         }
         if (chip_run_us(chip, 1000)) return 3;
