@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stereo_lab.common.vectors import cross
 from stereo_lab.errors import StereoLabError
 
 STEPS = 12
@@ -140,11 +141,11 @@ def _gain(camera, bench, sigma, rotation, shift, scale, free_scale):
 
 def _slopes(camera, rotation, scale):
     turned = camera @ rotation.T
-    x, y, z = (scale * turned).T
-    zero = np.zeros_like(x)
-    by_turn = np.stack([zero, z, -y, -z, zero, x, y, -x, zero], -1).reshape(-1, 3, 3)
-    by_shift = np.broadcast_to(np.eye(3), by_turn.shape)
-    return np.concatenate([by_turn, by_shift, turned[:, :, None]], -1)
+    slopes = np.zeros((len(turned), 3, 7))
+    slopes[:, :, :3] = -scale * cross(turned)
+    slopes[:, :, 3:6] = np.eye(3)
+    slopes[:, :, 6] = turned
+    return slopes
 
 
 def _same_length(a, b, least):

@@ -15,6 +15,8 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
+from stereo_lab.common.vectors import cross
+
 LENS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 LEFT, RIGHT, TURN, STEP = slice(0, 9), slice(9, 18), slice(18, 21), slice(21, 24)
 CAMERAS = 24  # unknowns of the two cameras: nine each, and the right one's turn and step from the left one
@@ -89,13 +91,6 @@ class Shapes:
 def turn(vector: np.ndarray) -> np.ndarray:
     """Rotation matrix of a rotation vector (``cv2.Rodrigues``)."""
     return cv2.Rodrigues(np.asarray(vector, float))[0]
-
-
-def cross(vectors: np.ndarray) -> np.ndarray:
-    """The matrices that take the cross product with vectors, shapes (..., 3) and (..., 3, 3)."""
-    x, y, z = np.moveaxis(vectors, -1, 0)
-    zero = np.zeros_like(x)
-    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], -1).reshape(*x.shape, 3, 3)
 
 
 def matrices(lens: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -239,7 +239,7 @@ class StereoCalibration:
         inside = [[cv2.pointPolygonTest(board, p.tolist(), False) >= 0 for p in points] for board in boards]
         return np.sum(inside, axis=0, dtype=int) if inside else np.zeros(len(points), int)
 
-    @property
+    @cached_property
     def rig(self) -> Rig:
         """The two cameras as the numbers that were solved for."""
         return Rig(_nine(*self.camera("left")), _nine(*self.camera("right")), self.rotation, self.translation_mm)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from stereo_lab.calibration.bundle import CAMERAS, LEFT, RIGHT, STEP, TURN, Rig, Solution, cross, matrices, project
+from stereo_lab.calibration.bundle import CAMERAS, LEFT, RIGHT, STEP, TURN, Rig, Solution, matrices, project
+from stereo_lab.common.vectors import cross
 
 FIELD = 13, 9  # places across and down at which the cameras' common field is looked at
 MARGIN = 0.02  # of the picture, left out at its rim
@@ -74,7 +75,8 @@ def place_slopes(points: np.ndarray, rig: Rig) -> np.ndarray:
     by_rig = np.zeros((len(points), 4, CAMERAS))
     by_rig[:, :2, LEFT], by_rig[:, 2:, RIGHT] = left_by_lens, right_by_lens
     by_rig[:, 2:, TURN], by_rig[:, 2:, STEP] = right_by_point @ -cross(turned), right_by_point
-    return -np.linalg.pinv(by_point) @ by_rig
+    across = by_point.transpose(0, 2, 1)
+    return -np.linalg.solve(across @ by_point, across @ by_rig)
 
 
 def sigmas(slopes: np.ndarray, covariance: np.ndarray) -> np.ndarray:

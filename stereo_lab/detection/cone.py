@@ -33,7 +33,8 @@ class Cone(NamedTuple):
     ``u, v``: where its axis, and so the ball's centre, is seen. ``outline_px``: radius of a circle round it that covers as
     much of the picture as the ball. ``radius_px``: f·tan α, what the ball's radius would be in the middle of the picture.
     ``look``; ``off``: how far beyond its circle the edge lies on each ray; ``weights`` of these edges; ``gap``: how far
-    beyond the cone they lie. ``axis``: a', shape (3,), and ``normal``: the matrix of its least squares, shape (3, 3).
+    beyond the cone they lie. ``axis``: a', shape (3,). ``information``: how well it is known, the inverse of its covariance,
+    shape (3, 3), by how the edges scatter.
     """
 
     u: float
@@ -45,7 +46,7 @@ class Cone(NamedTuple):
     weights: np.ndarray
     gap: np.ndarray
     axis: np.ndarray
-    normal: np.ndarray
+    information: np.ndarray
 
     @property
     def circle(self) -> tuple[float, float, float]:
@@ -60,14 +61,12 @@ class Cone(NamedTuple):
 
     @property
     def sigmas_px(self) -> tuple[float, float]:
-        """Standard deviations of each coordinate of the centre, and of the radius, by how the edges scatter."""
-        scatter = max(LEAST_SCATTER_PX, NORMAL * _middle_of(np.abs(self.gap[self.weights > 0])))
+        """Standard deviations of each coordinate of the centre, and of the radius."""
         focal, (x, y, z) = self.look.camera[0][0, 0], self.axis.tolist()
-        tan2 = x * x + y * y + z * z - 1
-        by_u, by_radius = np.array([1, 0, -x / z]) * (focal / z), self.axis * (focal / tan2**0.5)
-        inverse = cv2.invert(self.normal, flags=cv2.DECOMP_CHOLESKY)[1]
-        size = TOGETHER * scatter * tan2 / self.look.r
-        sigma, sigma_radius = (size * float(by @ inverse @ by) ** 0.5 for by in (by_u, by_radius))
+        by_u = np.array([1, 0, -x / z]) * (focal / z)
+        by_radius = self.axis * (focal / (x * x + y * y + z * z - 1) ** 0.5)
+        covariance = cv2.invert(self.information, flags=cv2.DECOMP_CHOLESKY)[1]
+        sigma, sigma_radius = (float(by @ covariance @ by) ** 0.5 for by in (by_u, by_radius))
         return sigma, float(np.hypot(sigma_radius, SHARPENED_PX))
 
 
@@ -102,17 +101,23 @@ def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
         if rounds >= LEAST_ROUNDS and np.abs(gap - before).max() < STILL_PX:
             break
         k = min(rounds, len(LIMITS) - 1)
-        limit = max(LIMITS_PX[k], LIMITS[k] * look.r, SCATTERED * _middle_of(away[clear]))
+        limit = max(LIMITS_PX[k], LIMITS[k] * look.r, SCATTERED * middle_of(away[clear]))
         used = weights * np.maximum(1 - (away / limit) ** 2, 0) ** 2
     u, v = look.pixel(axis)
     radius = float(look.camera[0][0, 0]) * tan2**0.5
     stretch = ((tan2 + 1) ** 0.5 / z) ** 1.5  # the ellipse is longer away from the middle of the picture
-    return Cone(u, v, radius * stretch, radius, look, off, weights, gap, axis, normal)
+    information = normal * (look.r / tan2 / spread_px(middle_of(away[clear]))) ** 2
+    return Cone(u, v, radius * stretch, radius, look, off, weights, gap, axis, information)
 
 
-def _middle_of(sizes):
+def middle_of(sizes: np.ndarray) -> float:
     """The median; np.median is slow on few numbers."""
     return float(np.sort(sizes)[len(sizes) // 2])
+
+
+def spread_px(middle_px: float) -> float:
+    """Standard deviation of an edge, px, where half of them lie nearer than ``middle_px`` to the cone."""
+    return TOGETHER * max(LEAST_SCATTER_PX, NORMAL * middle_px)
 
 
 def _best_of_threes(rays, near, r):

@@ -34,11 +34,11 @@ def pixel_sigma(
     points : ndarray, shape (N, 3), mm, in the rectified left frame
     centers_Nx2 : array, standard deviations of the ball's centre in the left and the right picture, px
     """
-    left, right = np.broadcast_to(np.asarray(centers_Nx2, float), (len(points), 2)).T
+    left, right = np.asarray(centers_Nx2, float).T
     depth = points[:, 2]
     across = depth / calibration.focal_px * left
     along = calibration.depth_per_px(depth) * np.hypot(left, right)
-    return np.column_stack([across, across, along])
+    return np.stack([across, across, along], 1)
 
 
 @dataclass(frozen=True, eq=False)

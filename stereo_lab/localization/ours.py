@@ -172,11 +172,11 @@ def find_pair(
 
 def _same_ball(calibration, diameter_mm, left, right):
     """The epipolar constraint, and the ball's own size, told by both cameras."""
-    (_, row), (_, right_row) = calibration.rectify_centers(left, right)
+    centers = calibration.rectify_centers(left, right)
     radius = max(left.radius_px, right.radius_px)
-    if abs(row - right_row) > max(ROW_PX, ROW_OF_RADIUS * radius):
+    if abs(centers[0][1] - centers[1][1]) > max(ROW_PX, ROW_OF_RADIUS * radius):
         return False
-    point = _triangulate(calibration, [left], [right])[0]
+    point = calibration.triangulate(*centers)[0]
     if not (np.isfinite(point).all() and point[2] > 0):
         return False
     distance = float(np.linalg.norm(point))

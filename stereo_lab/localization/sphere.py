@@ -5,42 +5,46 @@ What hides a part of the rim from one camera, or leads its edge astray, seldom d
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.detection import Detection
-from stereo_lab.detection.cone import LEAST_SCATTER_PX, LIMITS, LIMITS_PX, NORMAL, SCATTERED
+from stereo_lab.detection.cone import LIMITS, LIMITS_PX, SCATTERED, Cone, middle_of, spread_px
 
 SIZE_SIGMA_PX = 0.12  # blur and sharpening move the rim: so much may the ball's radius differ between the pictures
+CONTRADICT = 6.0  # squared, in standard deviations, two of them free: of cones without a fault one pair in twenty
 ROUNDS, ENOUGH_MM = 10, 0.03  # a tenth of what is known best
-TINY = 1e-12 * np.eye(5)
+TINY = 1e-12
+
+Pose = tuple[np.ndarray, np.ndarray]  # from the left camera's frame: turn (3, 3) and shift (3,), mm
+Told = tuple[np.ndarray, np.ndarray]  # of a cone's a': information (3, 3), and information times what is missing (3,)
 
 
 def one_sphere(calibration: StereoCalibration, left: Detection, right: Detection) -> tuple[Detection, Detection]:
-    """Two detections of one ball, each centre moved to where the ball is seen that fits the edges of both pictures best.
+    """Two detections of one ball, each centre moved to where the ball is seen that fits both pictures best.
 
     Five numbers, the ball's place in the left camera's frame and its radius in each picture (mm), by Gauss and Newton's
-    least squares; edges that lie far off count less, as in ``fit_cone``. Detections of one's own making, which have no
-    edges, stay where they are.
+    least squares. All that the edges of a picture tell is summed up in its cone. Only where the two cones contradict each
+    other the edges are asked again: those that lie far off the ball count less, as in ``fit_cone``. Detections of one's own
+    making, which have no cones, stay where they are.
     """
     if left.cone is None or right.cone is None:
         return left, right
     cones = left.cone, right.cone
     poses = (np.eye(3), np.zeros(3)), (calibration.rotation, np.ravel(calibration.translation_mm))
-    rays = [cone.look.rays(cone.off) for cone in cones]
     ball = _start(cones, poses)
-    for _ in range(ROUNDS):
-        parts = [
-            _edges(cone, seen, pose, ball, k)
-            for k, (cone, seen, pose) in enumerate(zip(cones, rays, poses, strict=True))
-        ]
-        slopes, gaps = (np.concatenate(rows) for rows in zip(*parts, _same_size(cones, ball), strict=True))
-        step = np.linalg.solve(slopes.T @ slopes + TINY, slopes.T @ gaps)
-        ball += step
-        if np.abs(step).max() < ENOUGH_MM:
-            break
+    step, contradiction = _step(cones, poses, ball, [_by_cone(cone) for cone in cones])
+    ball = ball + step  # one step is enough: what it leaves is its square over the ball's distance
+    if contradiction > CONTRADICT:
+        by_edges = [_by_edges(cone) for cone in cones]
+        for _ in range(ROUNDS):
+            step, _ = _step(cones, poses, ball, by_edges)
+            ball = ball + step
+            if np.abs(step).max() < ENOUGH_MM:
+                break
     places = [turn @ ball[:3] + shift for turn, shift in poses]
     if not np.isfinite(ball).all() or min(place[2] for place in places) <= 0:
         return left, right
@@ -52,39 +56,58 @@ def _start(cones, poses):
     """Where the two axes pass each other, and the ball's radius by each cone."""
     ahead = [cone.axis / np.linalg.norm(cone.axis) for cone in cones]
     turn, shift = poses[1]
-    along = np.linalg.lstsq(np.column_stack([turn @ ahead[0], -ahead[1]]), -shift, rcond=None)[0]
-    radii = [far * np.sqrt(1 - 1 / (cone.axis @ cone.axis)) for far, cone in zip(along, cones, strict=True)]
-    return np.array([*(along[0] * ahead[0]), *radii])
+    turned = turn @ ahead[0]
+    alike, one, other = turned @ ahead[1], turned @ shift, ahead[1] @ shift
+    far = (alike * other - one) / max(1 - alike * alike, TINY)
+    along = far, alike * far + other
+    radii = [d * np.sqrt(1 - 1 / (cone.axis @ cone.axis)) for d, cone in zip(along, cones, strict=True)]
+    return np.array([*(far * ahead[0]), *radii])
 
 
-def _edges(cone, rays, pose, ball, which):
-    """How far each edge of a picture lies from the ball, and how the five numbers change that, each by its weight."""
-    turn, shift = pose
-    axis, slopes = _axis(turn @ ball[:3] + shift, ball[3 + which])
-    px = cone.look.r / (axis @ axis - 1)  # a change of a'·ray in pixels
-    gap = (1 - rays @ axis) * px
-    by_ball = np.zeros((len(gap), 5))
-    by_ball[:, [0, 1, 2, 3 + which]] = px * (rays @ np.column_stack([slopes[:, :3] @ turn, slopes[:, 3]]))
-    scatter = _median(np.abs(gap[cone.weights > 0]))
-    limit = max(LIMITS_PX[-1], LIMITS[-1] * cone.look.r, SCATTERED * scatter)
-    weight = np.sqrt(cone.weights) * np.maximum(1 - (gap / limit) ** 2, 0) / max(LEAST_SCATTER_PX, NORMAL * scatter)
-    return weight[:, None] * by_ball, weight * gap
+def _step(
+    cones: Sequence[Cone], poses: Sequence[Pose], ball: np.ndarray, told: Sequence[Callable[[np.ndarray], Told]]
+) -> tuple[np.ndarray, float]:
+    """Toward the ball that best fits what each picture tells; and how much the pictures contradict each other there."""
+    same_size = np.array([0, 0, 0, 1, -1]) * (cones[0].look.r / (ball[3] * SIZE_SIGMA_PX))
+    off = same_size @ ball
+    information, missing, squares = np.outer(same_size, same_size) + TINY * np.eye(5), -off * same_size, off * off
+    for k, (turn, shift) in enumerate(poses):
+        axis, slopes = _axis(turn @ ball[:3] + shift, ball[3 + k])
+        known, lacks = told[k](axis)
+        by_ball = np.zeros((3, 5))
+        by_ball[:, :3], by_ball[:, 3 + k] = slopes[:, :3] @ turn, slopes[:, 3]
+        information += by_ball.T @ known @ by_ball
+        missing += by_ball.T @ lacks
+        squares += lacks @ (cones[k].axis - axis)
+    step = np.linalg.solve(information, missing)
+    return step, float(squares - missing @ step)
 
 
-def _median(sizes):
-    """np.median is slow on few numbers."""
-    ordered = np.sort(sizes)
-    return float(ordered[(len(sizes) - 1) // 2] + ordered[len(sizes) // 2]) / 2
+def _by_cone(cone):
+    """What a cone tells of its axis."""
+    return lambda axis: (cone.information, cone.information @ (cone.axis - axis))
 
 
-def _same_size(cones, ball):
-    """The ball is as large for one camera as for the other."""
-    weight = cones[0].look.r / (ball[3] * SIZE_SIGMA_PX)
-    return [[0, 0, 0, weight, -weight]], [weight * (ball[4] - ball[3])]
+def _by_edges(cone):
+    """The same, by the edges near another axis."""
+    rays, clear = cone.look.rays(cone.off), cone.weights > 0
+
+    def told(axis):
+        gap = 1 - rays @ axis
+        px = cone.look.r / (axis @ axis - 1)  # a change of a'·ray in pixels
+        middle = middle_of(np.abs(px * gap[clear]))
+        limit = max(LIMITS_PX[-1], LIMITS[-1] * cone.look.r, SCATTERED * middle)
+        counts = cone.weights * np.maximum(1 - (px * gap / limit) ** 2, 0) ** 2
+        weighed = (counts * (px / spread_px(middle)) ** 2)[:, None] * rays
+        return rays.T @ weighed, gap @ weighed
+
+    return told
 
 
 def _axis(place, radius):
     """The cone's a' of a ball (see ``fit_cone``), and how it changes with place and radius, shape (3, 4)."""
     touch = np.sqrt(place @ place - radius * radius)  # how far away the rays touch it
-    slopes = np.column_stack([np.eye(3) / touch - np.outer(place, place) / touch**3, place * (radius / touch**3)])
+    slopes = np.empty((3, 4))
+    slopes[:, :3] = (np.eye(3) - np.outer(place, place) / touch**2) / touch
+    slopes[:, 3] = place * (radius / touch**3)
     return place / touch, slopes
