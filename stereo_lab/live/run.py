@@ -11,6 +11,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from stereo_lab.common.memory import keep_freed_memory
 from stereo_lab.common.threads import one_thread
 from stereo_lab.live.follower import Follower, Step
 from stereo_lab.live.sources import Frame, StereoSource
@@ -133,6 +134,7 @@ def run(
     tracker, usage, came, first_s = Tracker(localizer), Usage(), deque[float](maxlen=RATE_OVER + 1), None
     threads = contextlib.ExitStack()
     threads.enter_context(one_thread())  # windows of some pixels are not worth sharing out: more threads only wait
+    keep_freed_memory()
     number = 0
     try:
         while True:

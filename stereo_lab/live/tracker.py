@@ -18,6 +18,7 @@ FORGETS_S = 0.4  # a velocity is trusted for about so long: after that it is the
 PATIENCE_S = 0.35  # so long an unseen ball is predicted before it is lost
 FAR = 16.3  # squared distance of a place from its prediction, in standard deviations: 1 of 1,000 right ones is farther
 SAME_MM = 40.0  # nearer than this to what was refused in the picture before is the same thing: a ball's diameter
+EACH = np.arange(3)  # coordinate
 SIGMA_MM, START_MM_S = 5.0, 1000.0  # of a place that tells none; of the velocity of a ball just found
 
 
@@ -164,12 +165,9 @@ class Tracker:
 
 def _blocks(a, b, c, d):
     """The same for each of three coordinates: four numbers, each times the 3x3 identity."""
-    matrix = np.zeros((6, 6))
-    np.fill_diagonal(matrix[:3, :3], a)
-    np.fill_diagonal(matrix[:3, 3:], b)
-    np.fill_diagonal(matrix[3:, :3], c)
-    np.fill_diagonal(matrix[3:, 3:], d)
-    return matrix
+    matrix = np.zeros((2, 3, 2, 3))
+    matrix[:, EACH, :, EACH] = (a, b), (c, d)
+    return matrix.reshape(6, 6)
 
 
 def _vector(place):
