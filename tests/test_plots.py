@@ -55,6 +55,9 @@ CALLS = {
     "depth_curves": lambda ax: plots.depth_curves(
         [("Eq. 4", UP, DOWN), ("Eq. 3", UP, UP)], UP, DOWN, DOWN, UP, "A title", ax
     ),
+    "error_grid": lambda ax: plots.error_grid(
+        np.array([[1.0, np.nan], [30.0, 2.0]]), ["a", "b"], ["c, d", "e"], "A title", ax
+    ),
     "depth_terms": lambda ax: plots.depth_terms(UP, [("m/d", DOWN), ("c", UP)], "A title", ax),
     "error_band": lambda ax: plots.error_band(UP, DOWN, UP, 0.1 * UP, "A title", ax),
     "error_of_baseline": lambda ax: plots.error_of_baseline(

@@ -25,6 +25,7 @@ def panels(bench, bench_calibration):
         widgets.epipolar_line(bench_calibration, left, right),
         widgets.ball_against_disparity(120.0, 690.0, 40.0),
         widgets.depth_samples(DISPARITY, DEPTH),
+        widgets.signs_against_squint(120, 690, [520, 1100, 1980]),
         widgets.arm_reaches(bench.arm),
         widgets.stopping(Motor()),
         widgets.registering(bench.arm),

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION
 
-__all__ = ["depth_curves", "depth_terms", "error_band", "error_of_baseline", "similar_triangles"]
+__all__ = ["depth_curves", "depth_terms", "error_band", "error_grid", "error_of_baseline", "similar_triangles"]
 
 
 def similar_triangles(
@@ -103,6 +103,23 @@ def error_band(
     ax.axhline(0, color=BLACK, linewidth=1)
     ax.set_xlabel("depth (mm)")
     ax.set_ylabel("depth error (mm)")
+    ax.set_title(title)
+    return ax
+
+
+def error_grid(
+    mean_mm: np.ndarray, rows: Sequence[str], columns: Sequence[str], title: str, ax: Axes | None = None
+) -> Axes:
+    """Mean errors, shape (rows, columns), mm: the darker a cell, the larger; NaN stays white."""
+    ax = ax or plt.gca()
+    shade = np.log(np.clip(mean_mm, 1e-2, None))
+    low, high = np.nanmin(shade), max(np.nanmax(shade), np.nanmin(shade) + 1e-6)
+    ax.imshow(shade, cmap="Blues", vmin=low, vmax=low + 1.8 * (high - low), aspect="auto")
+    for (row, column), mm in np.ndenumerate(mean_mm):
+        ax.text(column, row, "–" if np.isnan(mm) else f"{mm:.1f}", ha="center", va="center", color=BLACK, fontsize=14)
+    ax.set_xticks(range(len(columns)), [name.replace(", ", ",\n") for name in columns])
+    ax.set_yticks(range(len(rows)), rows)
+    ax.grid(False)
     ax.set_title(title)
     return ax
 

@@ -6,7 +6,7 @@ to a slider, the arrow keys move it.
 
 from stereo_lab.widgets.lesson01 import epipolar_line
 from stereo_lab.widgets.lesson02 import color_thresholds, hough_parameters
-from stereo_lab.widgets.lesson04 import ball_against_disparity, depth_samples
+from stereo_lab.widgets.lesson04 import ball_against_disparity, depth_samples, signs_against_squint
 from stereo_lab.widgets.lesson05 import arm_reaches
 from stereo_lab.widgets.lesson06 import registering, stopping
 from stereo_lab.widgets.lesson07 import LiveCell, live_cell
@@ -14,5 +14,5 @@ from stereo_lab.widgets.panel import Panel
 
 __all__ = [
     "LiveCell", "Panel", "arm_reaches", "ball_against_disparity", "color_thresholds", "depth_samples", "epipolar_line",
-    "hough_parameters", "live_cell", "registering", "stopping",
+    "hough_parameters", "live_cell", "registering", "signs_against_squint", "stopping",
 ]  # fmt: skip

@@ -77,6 +77,30 @@ def depth_samples(disparity_px_N: ArrayLike, depth_mm_N: ArrayLike) -> Panel:
     return Panel("depth samples", controls, draw)
 
 
+def signs_against_squint(baseline_mm: float, focal_px: float, depth_mm_N: ArrayLike) -> Panel:
+    """Let perfect cameras squint by some pixels, and watch what Eq. 4 through exact samples makes of it."""
+    depth = np.asarray(depth_mm_N, float)
+    true_px = baseline_mm * focal_px / depth
+    most = min(60, int(8 * true_px.min()))  # tenths of a px; a disparity stays above zero
+    far = [PaperDepth.fit(true_px + squint / 10, depth) for squint in (-most, most)]
+    largest = {name: max(abs(getattr(fit, name)) for fit in far) for name in "mnc"}
+
+    def draw(squint):
+        fit = PaperDepth.fit(true_px + squint / 10, depth)
+        view = np.full((190, PANEL_WIDTH, 3), 255, np.uint8)
+        cv2.line(view, (500, 15), (500, 175), BLACK, 1)
+        for k, (name, digits, unit) in enumerate((("m", 0, "mm px"), ("n", 2, "mm/px"), ("c", 0, "mm"))):
+            value, y = getattr(fit, name), 45 + 50 * k
+            color = BLUE if value > 0 else VERMILION
+            cv2.rectangle(view, (500, y - 14), (500 + round(330 * value / largest[name]), y + 14), color, -1)
+            text = f"{name} = {value:.{digits}f} {unit}"
+            cv2.putText(view, text, (20, y + 6), cv2.FONT_HERSHEY_SIMPLEX, 0.6, BLACK, 1, cv2.LINE_AA)
+        signs = ", ".join(f"{name} {'above' if getattr(fit, name) > 0 else 'not above'} zero" for name in "mnc")
+        return view, f"every disparity {squint / 10:+.1f} px: {signs}."
+
+    return Panel("signs against squint", {"squint": slider("squint (tenths of a px)", 10, -most, most)}, draw)
+
+
 def _bar(view, disparity, largest):
     """The disparity as a bar at the bottom."""
     length = round(700 * disparity / largest)

@@ -1,0 +1,58 @@
+"""The grid of lesson 04: ways to find pixels by formulas, one change at a time."""
+
+import numpy as np
+import pytest
+
+from stereo_lab.localization import Localizer
+from stereo_lab.results.grid import FORMULAS, DepthGrid, depth_grid
+
+
+@pytest.fixture(scope="module")
+def second(second_rig):
+    ours = Localizer.fit(second_rig)
+    return ours, Localizer.fit(second_rig, "paper", calibration=ours.calibration)
+
+
+@pytest.fixture(scope="module")
+def grid(second_rig, second):
+    return depth_grid(second_rig, *second)
+
+
+def test_the_cells_are_what_the_formulas_give(second_rig, second, grid):
+    """Two cells worked out again by hand: Eq. 3 on the true centres, and the whole of our way."""
+    ours = second[0]
+    calibration = ours.calibration
+    eq3, whole = [], []
+    for sample in second_rig.judges("volume"):
+        true = second_rig.true_ball("evaluation", sample.pair.name)
+        u = [calibration.rectify_points([true[side][:2]], side)[0, 0] for side in ("left", "right")]
+        eq3.append(calibration.baseline_mm * calibration.focal_px / (u[0] - u[1]) - true["ball"][2])
+        whole.append(ours.locate(sample.pair.left, sample.pair.right).depth_mm - true["ball"][2])
+    cell = lambda row, column: grid.mean_mm[grid.pixels.index(row), FORMULAS.index(column)]
+    assert cell("true centres", "Eq. 3") == pytest.approx(np.abs(eq3).mean(), rel=1e-6)
+    assert cell("cone", "rigid fit, all samples") == pytest.approx(np.abs(whole).mean(), rel=0.1)
+
+
+def test_one_change_at_a_time_tells_what_helps(grid):
+    """With true pixels the formulas of d alone agree, for they cannot know of the tilt; the rigid fit does."""
+    exact = grid.mean_mm[grid.pixels.index("true centres")]
+    assert exact[:4].max() < 1.2 * exact[:4].min() and exact[4] < 0.1 * exact[:4].min()
+    whole_pixels = grid.mean_mm[grid.pixels.index("Hough circle")]
+    assert whole_pixels[4] > 10 * grid.mean_mm[grid.pixels.index("cone"), 4]
+
+
+def test_another_things_pixels_are_counted_and_not_averaged(second_rig, grid):
+    """In many pictures a poster has the largest patch of the ball's colour."""
+    left_out = dict(zip(grid.pixels, grid.left_out, strict=True))
+    assert grid.judged == len(second_rig.judges("volume"))
+    assert left_out["cone"] == left_out["true centres"] == 0 and left_out["mask's middle"] > 5
+    assert np.nanmax(grid.mean_mm) < 50
+
+
+def test_the_page_tells_what_is_missing():
+    grid = DepthGrid(("Hough circle", "cone"), np.array([[12.34, np.nan, 3, 4, 5], [1, 2, 3, 4, 5.0]]), 16, (3, 0))
+    heads, more, first, second = grid.page().splitlines()
+    assert heads.split() == ["Eq.", "3", "Eq.", "4", "Eq.", "4", "a/(d−d0)+c", "rigid", "fit"]
+    assert more.split()[:2] == ["3", "samples"]
+    assert first.split() == ["Hough", "circle", "12.3", "-", "3.0", "4.0", "5.0", "(3", "of", "16", "left", "out)"]
+    assert second.split() == ["cone", "1.0", "2.0", "3.0", "4.0", "5.0"]
