@@ -17,10 +17,16 @@ MORE = (np.array([10.0, 20.0, 40.0]), np.array([1.0, 4.0, 9.0]))
 
 def questions(recording: Recording) -> tuple[Question, ...]:
     """Six questions; see :mod:`stereo_lab.exercises`."""
-    (v0, y0), (v1, y1), focal, center = _facts(str(recording.path))
+    (v0, y0), (v1, y1), slope, focal, center = _facts(str(recording.path))
     tries = ((center + 100.0, 1000.0, focal, center), (center - 50.0, 2000.0, focal, center))
     return lesson(
-        "03", _sign(), _slope(v0, y0, v1, y1), _least_squares(), _which_pixel(), _twice_as_far(), _perspective(tries)
+        "03",
+        _sign(),
+        _slope(v0, y0, v1, y1),
+        _least_squares(),
+        _finer_pixels(slope),
+        _twice_as_far(),
+        _perspective(tries),
     )
 
 
@@ -156,29 +162,27 @@ def _perspective(tries):
     )  # fmt: skip
 
 
-def _which_pixel():
+def _finer_pixels(slope):
     return dict(
-        asks="Which pixels go into Eq. 1 and 2?",
-        answer=Choice(
-            "left rectified",
+        asks="The same scene with twice as many columns: what is the slope of Eq. 2 then, in mm per px?",
+        answer=Number(
+            slope / 2, 0.02 * slope, "mm per px",
             (
-                Wrong(
-                    "right rectified", "the paper takes the left one: x and y are told as the left camera sees them."
-                ),
-                Wrong("left raw", "raw pixels are bent by the lens: a straight line cannot follow them."),
-                Wrong("right raw", "neither: the paper takes the left camera, and the lens has to be undone first."),
+                Wrong(2 * slope, "then a pixel would cover more of the bench. There are more of them now, side by side on the same width."),
+                Wrong(slope, "then twice as many pixels would cover twice the width. But the camera sees what it saw before."),
+                Wrong(slope / 4, "only along the rows are there twice as many; the slope of Eq. 2 knows nothing of the columns' height."),
             ),
-            "one camera, its lens undone, is enough for x and y in one plane.",
+            "the same millimetres, shared by twice as many pixels.",
         ),
         hints=(
-            "There are four kinds: left or right, raw or rectified.",
-            "Distortion bends straight lines; rectification undoes that.",
-            'pixels = "left ____"',
+            "How many millimetres of the bench does one pixel cover now? And how many if there are twice as many of them?",
+            "The width that the camera sees stays; the number of pixels on it doubles.",
+            "slope_there = x_line.slope_mm_per_px ____",
         ),
-        code='pixels = "left rectified"',
-        reason="A straight line needs straight pixels, and one camera is enough.",
-        reference="left rectified",
-    )
+        code="slope_there = x_line.slope_mm_per_px / 2",
+        reason="The slope is millimetres per pixel. More pixels on the same millimetres: fewer millimetres for each.",
+        reference=slope / 2,
+    )  # fmt: skip
 
 
 def line_slope(pixels: np.ndarray, lengths_mm: np.ndarray) -> float:
@@ -194,7 +198,7 @@ def camera_x(u: float, z_mm: float, focal_px: float, center_px: float) -> float:
 
 @lru_cache(maxsize=4)
 def _facts(path):
-    """(v, y) of two samples as the paper's way sees them, the focal length, the principal column."""
+    """(v, y) of two samples as the paper's way sees them, its slope of Eq. 2, the focal length, the principal column."""
     recording = open_recording(path)
     localizer = Localizer.fit(recording, method="paper")
     seen = []
@@ -204,4 +208,4 @@ def _facts(path):
             seen.append((localizer.calibration.rectify_centers(*pair)[0][1], sample.measured.y_mm))
     seen.sort()
     calibration = localizer.calibration
-    return seen[0], seen[-1], calibration.focal_px, calibration.center_px[0]
+    return seen[0], seen[-1], localizer.way.x_line.slope_mm_per_px, calibration.focal_px, calibration.center_px[0]

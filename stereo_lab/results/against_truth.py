@@ -53,5 +53,7 @@ def distance_errors_mm(calibration: StereoCalibration, true: StereoCalibration, 
     rig = true.rig
     points, left = common_field(rig, true.image_size, depth_mm)
     right = project(points @ rig.rotation.T + rig.translation, rig.right)[0]
-    found = calibration.triangulate(calibration.rectify_points(left, "left"), calibration.rectify_points(right, "right"))
+    found = calibration.triangulate(
+        calibration.rectify_points(left, "left"), calibration.rectify_points(right, "right")
+    )
     return np.linalg.norm(found, axis=1) - np.linalg.norm(points, axis=1)
