@@ -16,6 +16,7 @@ from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises import LESSONS, ____, questions
 from stereo_lab.exercises.answers import Choice, Command, Function, Number, Wrong, judge
 from stereo_lab.exercises.question import lesson
+from stereo_lab.position import LineFit
 from stereo_lab.recording import open_recording
 from tests.written import assert_as_written
 
@@ -151,7 +152,8 @@ def names_above(lesson, recording):
         samples = [s for s in recording.samples("position") if s.use == "fit"]
         ends = sorted((centers("position", s.pair.name)[0][1], s.measured.y_mm) for s in samples)
         (v0, y0), (v1, y1) = ends[0], ends[-1]
-        return {"v0": v0, "y0": y0, "v1": v1, "y1": y1}
+        across = [(centers("position", s.pair.name)[0][0], s.measured.x_mm) for s in samples]
+        return {"v0": v0, "y0": y0, "v1": v1, "y1": y1, "x_line": LineFit.fit(*zip(*across, strict=True))}
     if lesson == "04":
         (u_left, _), (u_right, _) = centers("depth", "000")
         return {"u_left": u_left, "u_right": u_right, "calibration": calibration}

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from stereo_lab.exercises.blank import is_blank
 from stereo_lab.exercises.wording import a_kind, as_numbers, error_in_words, kind_of, say
 
+OF_A_MISTAKE = 0.05  # so near to a known mistake is that mistake: else 0 would be taken for metres
 PASS, NOT_YET, NOT_ATTEMPTED = "PASS", "NOT YET", "NOT ATTEMPTED"
 
 
@@ -84,12 +85,13 @@ class Number:
         if self._same(value, right):
             return Verdict(PASS, self.praise or f"{say(value)} {self.unit}".strip() + ".")
         for mistake in self.wrong:
-            if self._same(value, np.asarray(mistake.answer, float)):
+            if self._same(value, np.asarray(mistake.answer, float), OF_A_MISTAKE):
                 return Verdict(NOT_YET, mistake.message)
         return Verdict(NOT_YET, self._direction(value, right))
 
-    def _same(self, value, other):
-        return value.shape == other.shape and bool(np.all(np.abs(value - other) <= self.tolerance))
+    def _same(self, value, other, part=float("inf")):
+        room = min(self.tolerance, part * np.abs(other).max())
+        return value.shape == other.shape and bool(np.all(np.abs(value - other) <= room))
 
     def _direction(self, value, right):
         if right.size > 1:

@@ -67,6 +67,7 @@ def _gone():
             (
                 Wrong(OLD_MS * SPEED_MM_S, "that is 20 metres. A millisecond is a thousandth of a second."),
                 Wrong(SPEED_MM_S / OLD_MS, "speed times time, not speed divided by time."),
+                Wrong(right * 10, "80 ms are 0.080 s, not 0.8."),
                 Wrong(right / 1000, "that is in metres."),
                 Wrong(OLD_MS / SPEED_MM_S, "speed times time, not time divided by speed."),
                 Wrong(right / 10, "80 ms are 0.080 s, not 0.008."),
@@ -85,7 +86,7 @@ def _gone():
 
 
 def _ahead():
-    tries = ((100.0, 250.0, 0.08), (-40.0, -120.0, 0.05), (0.0, 0.0, 0.3))
+    tries = ((100.0, 250.0, 0.08), (-40.0, -120.0, 0.05), (0.0, 0.0, 0.3), (10.5, 33.0, 0.07))
     return dict(
         asks="Where will the ball be after some seconds, if it goes on as it does?",
         answer=Function(
@@ -93,6 +94,8 @@ def _ahead():
             (
                 Wrong(lambda p, v, s: p - v * s, "that is where it was. Plus takes you ahead."),
                 Wrong(lambda p, v, s: p, "that is where it was in the picture. It has gone on since."),
+                Wrong(lambda p, v, s: (p + v) * s, "only the velocity belongs to the seconds: no brackets round the sum."),
+                Wrong(lambda p, v, s: p + v / s if s else p, "speed times time is a way, not speed divided by time."),
                 Wrong(lambda p, v, s: v * s, "that is how far it goes. Start from where it is."),
                 Wrong(lambda p, v, s: p + v, "that is a whole second ahead."),
                 Wrong(lambda p, v, s: p + v * s / 1000, "the seconds are seconds already, no milliseconds."),
@@ -126,7 +129,7 @@ def _hidden():
         ),
         hints=(
             "Look at the width of the band: how sure is the place after one hidden picture, and after ten?",
-            "A guess that is 10 mm wide is worth following, one that is 200 mm wide is not.",
+            "A guess that is 10 mm wide is worth following, one that is as wide as the table is not.",
             'hidden = "go on for a ____, then stop"',
         ),
         code='hidden = "go on for a moment, then stop"',
@@ -143,6 +146,9 @@ def _same_ball():
         (25.0, 5.0),
         (-12.0, 5.0),
         (-25.0, 5.0),
+        (7.5, 5.0),
+        (19.5, 5.0),
+        (-20.5, 5.0),
         (300.0, 60.0),
         (300.0, 90.0),
         (0.0, 1.0),
@@ -155,6 +161,9 @@ def _same_ball():
                 Wrong(lambda gap, sigma: gap < SIGMAS * sigma, "a gap of −25 mm is as far as one of 25 mm: take abs(gap_mm)."),
                 Wrong(lambda gap, sigma: abs(gap) > SIGMAS * sigma, "the other way round: far away is another ball."),
                 Wrong(lambda gap, sigma: abs(gap) < sigma, "one ball in three lies farther off than one standard deviation. Allow four."),
+                Wrong(lambda gap, sigma: abs(gap) < 2 * sigma, "one ball in twenty lies farther off than two standard deviations. Allow four."),
+                Wrong(lambda gap, sigma: abs(gap) < 3 * sigma, "one ball in 370 lies farther off than three standard deviations: at 30 pictures a second, one every 12 s. Allow four."),
+                Wrong(lambda gap, sigma: abs(gap) < 20, "20 mm, however unsure the prediction is? Let sigma_mm decide how much is allowed."),
                 Wrong(lambda gap, sigma: abs(gap) < SIGMAS, "four what? Where the prediction is unsure, more millimetres are allowed."),
                 Wrong(lambda gap, sigma: abs(gap) * SIGMAS < sigma, "the 4 belongs to sigma_mm."),
             ),

@@ -25,7 +25,9 @@ SLOW_DEG, LEAST_PERCENT = 15.0, 20.0  # so near to a limit the arm gets slower, 
 ANSWERS_S = 0.03  # until an order is with the arm and its joints answer it
 MOST_BETWEEN_S = 0.1  # two orders; half of that time, too, an order lies ahead
 LOOK_S = 0.02  # how far apart two places are looked at to tell how fast the joints must turn
-WRONG_SIDE = "a joint is at its limit: hide the ball for a moment, and the arm comes from the other side"
+WRONG_SIDE = (
+    "a joint is at its limit: cover the ball for a moment (a card on a stick), and the arm comes from the other side"
+)
 
 
 @dataclass(frozen=True)
