@@ -117,6 +117,9 @@ def _show(moments, sinks):
         print()
     if moment is not None:
         print(f"{moment.number + 1} pairs of pictures.")
+    for sink in sinks:
+        if sink.trouble and getattr(sink, "untold", 0):
+            print(f"{sink.untold} of them were not told: {sink.trouble}.", file=sys.stderr)
 
 
 def _draw(moment, live):

@@ -70,7 +70,10 @@ class _Link:
             ) from None
         tls = settings.get(TLS, "")
         self.host, self.port = address(broker, bool(tls))
-        self.client, self.trouble = Client(CallbackAPIVersion.VERSION2), f"{self.host}:{self.port} has not answered yet"
+        self.client = Client(CallbackAPIVersion.VERSION2)
+        self.trouble = (
+            f"{self.host}:{self.port} has not answered yet. Does a broker run there? It is tried again and again"
+        )
         self.client.reconnect_delay_set(*AGAIN_S)
         if settings.get(USER):
             self.client.username_pw_set(settings[USER], settings.get(PASSWORD))
@@ -138,6 +141,11 @@ class Broadcast(_Link):
     def on_connected(self) -> None:
         """Say that the bench is there; the last will may have said otherwise."""
         self.client.publish(self._topic("status"), _status("running", self.head), qos=1, retain=True)
+
+    @property
+    def untold(self) -> int:
+        """Records that were never sent, or still wait."""
+        return self.dropped + len(self._waiting)
 
     def write(self, record: dict[str, Any]) -> None:
         """One more record to send."""

@@ -184,7 +184,8 @@ def run_page(run: Run, path: str | Path) -> None:
         fig.savefig(path)
     except (ValueError, OSError) as error:
         raise StereoLabError(
-            f"{path} cannot be drawn to: {error}. Name a file that ends in .png, .svg or .pdf."
+            f"{path} cannot be drawn to: {getattr(error, 'strerror', None) or error}. Name a file that ends in .png, .svg or .pdf, "
+            "in a folder that is there."
         ) from None
     finally:
         plt.close(fig)
