@@ -201,7 +201,7 @@ def test_progress_is_counted(capsys):
     ("kind", "answer", "says"),
     [
         (Number(2.0, 0.1, "mm"), 3, "3 mm is too large"),
-        (Number(2.0, 0.1, "mm"), "two", "expected a number"),
+        (Number(2.0, 0.1, "mm"), "to", "expected a number"),
         (Number((1.0, 2.0), 0.1, "mm"), (1.0, 5.0), "entry 1"),
         (Number((1.0, 2.0), 0.1, "mm"), 1.0, "expected 2 numbers"),
         (Number(2.0, 0.1, "", (Wrong(-2.0, "sign"),)), -2, "sign"),
@@ -344,7 +344,7 @@ def test_true_is_right_where_it_is_asked_for():
     kind = Function(lambda x: x > 1, ((1.0,), (2.0,)), 0)
     assert judge(kind, lambda x: bool(x > 1)).status == judge(kind, lambda x: np.greater(x, 1)).status == "PASS"
     assert "it gives True, and False is expected" in judge(kind, lambda x: True).text
-    assert "this is a bool" in judge(Number(1.0, 0.1), True).text
+    assert "this is True or False" in judge(Number(1.0, 0.1), True).text
 
 
 def test_the_learner_can_stop_a_function_that_does_not_end():
@@ -361,3 +361,58 @@ def test_a_function_cannot_change_its_inputs():
 
     judge(Function(lambda a: a, ((array,),), 0.1), spoil)
     assert not array.any()
+
+
+@pytest.mark.parametrize(
+    ("kind", "answer"),
+    [
+        (Number(120.5, 0.5, "mm"), "120.5 mm"), (Number(120.5, 0.5, "mm"), "120,5"), (Number(120.5, 0.5, "mm"), "120.5mm."),
+        (Number(2.0, 0.05), "twice"), (Number(2.0, 0.05), "2x"), (Number(-1.4, 0.05), "−1.4 mm per px"),
+        (Number((9, 6), 0), "9x6"), (Number((9, 6), 0), "9 across, 6 down"), (Number((9, 6), 0), "(9, 6)"),
+        (Choice("grows", (Wrong("shrinks", "no"), Wrong("stays", "no")), "yes"), "The jump grows."),
+        (Choice("bends it", (Wrong("moves it", "no"), Wrong("nothing", "no")), "yes"), "it bends"),
+        (Choice("unseen pairs", (Wrong("the same pairs", "no"), Wrong("more decimals", "no")), "yes"), ["'unseen'"]),
+        (Choice("a ring", (Wrong("a line", "no"), Wrong("nothing", "no")), "yes"), "The ring"),
+        (Function(lambda hue: hue <= 7, ((np.array([3, 8]),),), 0), lambda hue: [h <= 7 for h in hue]),
+    ],
+)  # fmt: skip
+def test_the_form_of_a_right_answer_does_not_matter(kind, answer):
+    assert judge(kind, answer).status == "PASS", judge(kind, answer)
+
+
+@pytest.mark.parametrize(
+    ("kind", "answer", "told"),
+    [
+        (Choice("grows", (Wrong("shrinks", "no"), Wrong("stays", "no")), "yes"), "not grows", "not among"),
+        (Choice("grows", (Wrong("shrinks", "no"), Wrong("stays", "no")), "yes"), "grows or shrinks", "not among"),
+        (Choice("grows", (Wrong("shrinks", "no"), Wrong("stays", "no")), "yes"), "", "not among"),
+        (Choice("unseen pairs", (Wrong("the same pairs", "no"), Wrong("more", "no")), "yes"), "pairs", "not among"),
+        (Number(120.5, 0.5), "12 or 120.5", "expected a number"),
+        (Number(640.0, 0.5), np.zeros(3), "these are 3. Take one"),
+        (Number((9.0, 6.0), 0.1), 9, "expected 2 numbers, this is one"),
+        (Number(20.0, 0.05, "mm", (Wrong(0.02, "in metres"),)), 0.0, "too small"),
+        (Function(lambda x: x, ((1.0,),), 0.1), lambda x: np.array([x]), "a list with one number"),
+        (Function(lambda x: (x, x), ((1.0,),), 0.1), lambda x: (str(x), str(x)), "the 2 numbers themselves"),
+        (Function(lambda x: x + 144.27, ((1.0,),), 0.01), lambda x: round(x + 144.27, 1), "only nearly"),
+        (Function(lambda x: x, ((1.0,),), 0.1), lambda: 1.0, "must take 1: x"),
+        (Function(lambda x: x, ((np.ones(3),),), 0.1), lambda x: x or x, "write | and &"),
+        (Function(lambda x: x, ((np.ones(3),),), 0.1), lambda x: math.sqrt(x), "from np"),
+        (Function(lambda x: x, ((1.0,),), 0.1), lambda x: x(2), "a * is missing"),
+        (Function(lambda x: x, ((1.0,),), 0.1), lambda x: c_u + x, "not known here"),  # noqa: F821
+        (Function(lambda x: x, ((1.0,),), 0.1), lambda x: math.hypot, "Put () after it"),
+    ],
+)  # fmt: skip
+def test_a_slip_is_named_in_plain_words(kind, answer, told):
+    verdict = judge(kind, answer)
+    assert verdict.status == "NOT YET" and told in verdict.text, verdict
+
+
+@pytest.mark.parametrize(
+    "answer", [lambda x: math.hypot(x, ____), lambda x: np.hypot(x, ____), lambda x: (x > 1) | (____)]
+)
+def test_a_blank_left_in_a_function_is_no_attempt(answer):
+    assert judge(Function(lambda x: x, ((1.0,),), 0.1), answer).status == "NOT ATTEMPTED"
+
+
+def test_a_blank_in_quotes_is_no_attempt():
+    assert judge(Choice("a ring", (Wrong("a line", "no"),), "yes"), "a ____").status == "NOT ATTEMPTED"

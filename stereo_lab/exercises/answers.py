@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import reprlib
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +12,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stereo_lab.exercises.blank import is_blank
-from stereo_lab.exercises.wording import a_kind, as_numbers, error_in_words, kind_of, say
+from stereo_lab.exercises.wording import (
+    a_kind,
+    as_numbers,
+    error_in_words,
+    in_plain_words,
+    key_words,
+    kind_of,
+    numbers_in,
+    say,
+)
 
 OF_A_MISTAKE = 0.05  # so near to a known mistake is that mistake: else 0 would be taken for metres
 PASS, NOT_YET, NOT_ATTEMPTED = "PASS", "NOT YET", "NOT ATTEMPTED"
@@ -73,12 +83,18 @@ class Number:
     def judge(self, answer: Any) -> Verdict:
         """PASS within the tolerance; else what is wrong, by name where the mistake is known."""
         right = np.asarray(self.right, float)
+        if isinstance(answer, str):
+            answer = numbers_in(answer, right.size) or answer
         try:
             value = as_numbers(answer)
         except (TypeError, ValueError, OverflowError):
             return Verdict(NOT_YET, f"expected {kind_of(right)}, this is {a_kind(answer)}.")
         if value.shape != right.shape and not (value.size == 1 and right.size == 1):
-            return Verdict(NOT_YET, f"expected {kind_of(right)}, this has the shape {value.shape}.")
+            one = " Take one of them: [0], [1], …" if right.size == 1 else ""
+            return Verdict(
+                NOT_YET,
+                f"expected {kind_of(right)}, {'this is one' if value.size == 1 else f'these are {value.size}'}.{one}",
+            )
         value = value.reshape(right.shape)
         if not np.isfinite(value).all():
             return Verdict(NOT_YET, "there is a value that is not a finite number.")
@@ -126,15 +142,33 @@ class Choice:
 
     def judge(self, answer: Any) -> Verdict:
         """PASS for the right word, large or small letters; else what is wrong with the other."""
+        if isinstance(answer, (list, tuple)) and len(answer) == 1:
+            answer = answer[0]
+        listed = "; ".join(self.options)
         if not issubclass(type(answer), str):
-            return Verdict(NOT_YET, f"answer with one of these words, in quotes: {', '.join(self.options)}.")
+            return Verdict(NOT_YET, f"answer with one of these, in quotes: {listed}.")
+        if "____" in answer:
+            return Verdict(NOT_ATTEMPTED)
         word = str.strip(answer).lower()
-        if word == self.right.lower() or word in self.also:
+        meant = self.right if word in self.also else self._meant(answer)
+        if meant == self.right:
             return Verdict(PASS, self.praise)
         for mistake in self.wrong:
-            if word == mistake.answer.lower():
+            if meant == mistake.answer:
                 return Verdict(NOT_YET, mistake.message)
-        return Verdict(NOT_YET, f"{reprlib.repr(word)} is not among the answers: {', '.join(self.options)}.")
+        return Verdict(NOT_YET, f"{reprlib.repr(word)} is not among the answers: {listed}.")
+
+    def _meant(self, answer):
+        """The one option that has the same words, or all of the answer's, or whose words the answer has; else None."""
+        words, options = key_words(answer), {option: key_words(option) for option in self.options}
+        tests = (words.__eq__, words.__le__, words.__ge__)
+        if words & {"not", "no", "or", "and"} or not words:
+            tests = tests[:1]
+        for test in tests:
+            found = [option for option, its in options.items() if its and test(its)]
+            if found:
+                return found[0] if len(found) == 1 else None
+        return None
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,14 +207,24 @@ class Function:
             except KeyboardInterrupt:
                 raise  # the learner stops a function that does not end
             except BaseException as error:  # SystemExit as well: it would end the notebook
-                return Verdict(NOT_YET, self._stopped(error))
+                return Verdict(NOT_ATTEMPTED) if _has_a_blank(answer) else Verdict(NOT_YET, self._stopped(error))
             if is_blank(output):
                 return Verdict(NOT_ATTEMPTED)
             if output is None:
                 return Verdict(NOT_YET, "your function gives nothing back. Did you forget a return?")
-            if isinstance(output, str):
+            if isinstance(output, str) or (
+                isinstance(output, (list, tuple)) and any(isinstance(o, str) for o in output)
+            ):
                 return Verdict(
-                    NOT_YET, f"your function gives back a text, {reprlib.repr(output)}. Give back the number itself."
+                    NOT_YET, f"your function gives back a text, {reprlib.repr(output)}. Give back {self._asked()}."
+                )
+            if callable(output):
+                return Verdict(
+                    NOT_YET, "your function gives back another function. Was one named and not called? Put () after it."
+                )
+            if np.ndim(self.right(*arguments)) == 0 and np.size(output) == 1 and np.ndim(output) > 0:
+                return Verdict(
+                    NOT_YET, "your function gives back a list with one number in it. Give back the number itself."
                 )
             outputs.append(output)
         return self._compare(outputs)
@@ -188,9 +232,19 @@ class Function:
     def _stopped(self, error):
         if isinstance(error, ValueError) and self.domain:
             return self.domain
-        told = error_in_words(error)
-        power = " A power is written ** in Python." if "for ^" in told else ""
-        return f"your function stopped with {told}.{power}"
+        if isinstance(error, TypeError) and "positional argument" in str(error):
+            names = ", ".join(inspect.signature(self.right).parameters)
+            return (
+                f"your function must take {len(self.inputs[0])}: {names}, in this order. Leave the def line as it was."
+            )
+        return in_plain_words(error)
+
+    def _asked(self):
+        """What the function is to give back, in words."""
+        right = np.asarray(self.right(*self.inputs[0]))
+        if right.dtype == bool:
+            return "True or False" if right.ndim == 0 else "True or False for each"
+        return "the number itself" if right.size == 1 else f"the {right.size} numbers themselves"
 
     def _compare(self, outputs):
         fits = [self._same(o, self.right(*a)) for o, a in zip(outputs, self.inputs, strict=True)]
@@ -202,7 +256,13 @@ class Function:
         k = fits.index(False)
         known = f"right for {sum(fits)} of {len(fits)} tries, but " if any(fits) else ""
         given = ", ".join(say(a) for a in self.inputs[k])
-        wanted = f"{say(self.right(*self.inputs[k]))} {self.unit}".rstrip()
+        right = self.right(*self.inputs[k])
+        wanted = f"{say(right)} {self.unit}".rstrip()
+        if say(right) == say(outputs[k]):
+            return Verdict(
+                NOT_YET,
+                f"{known}for {given} it gives {wanted} only nearly. Do not round, and look at the type of what you give back.",
+            )
         return Verdict(NOT_YET, f"{known}for {given} it gives {say(outputs[k])}, and {wanted} is expected.")
 
     def _same(self, value, right):
@@ -261,6 +321,11 @@ SIGNS = {
 }
 
 
+def _has_a_blank(function):
+    """Whether ``____`` still stands in a function of Python's."""
+    return "____" in getattr(getattr(function, "__code__", None), "co_names", ())
+
+
 def _words(line):
     return [float(w) if w.lstrip("+-").replace(".", "", 1).isdecimal() else w.upper() for w in line.split()]
 
@@ -279,7 +344,7 @@ def judge(kind: Number | Choice | Function | Command, answer: Any) -> Verdict:
         if is_blank(answer):
             return Verdict(NOT_ATTEMPTED)
         if answer is None:
-            return Verdict(NOT_YET, "the answer is None. Did a function forget its return?")
+            return Verdict(NOT_YET, "there is nothing in it yet: None. A line that prints gives nothing back.")
         return kind.judge(answer)
     except KeyboardInterrupt:
         raise

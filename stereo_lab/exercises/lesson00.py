@@ -10,7 +10,11 @@ from stereo_lab.exercises.question import Question, lesson
 from stereo_lab.localization import Localizer
 from stereo_lab.recording import Position, Recording, open_recording
 
-TRIES = ((Position(0, 0, 0), Position(3, 4, 0)), (Position(10, -20, 1000), Position(12, -14, 1003)))
+TRIES = (
+    (Position(0, 0, 0), Position(3, 4, 0)),
+    (Position(10, -20, 1000), Position(12, -14, 1003)),
+    (Position(5, 5, -30), Position(7.5, 1, 41)),
+)
 
 
 def questions(recording: Recording) -> tuple[Question, ...]:

@@ -11,7 +11,11 @@ from stereo_lab.exercises.answers import Choice, Function, Number, Wrong
 from stereo_lab.exercises.question import Question, lesson
 from stereo_lab.recording import Recording, open_recording
 
-TRIES = (((100.0, 50.0, 1000.0), 700.0, (320.0, 240.0)), ((-30.0, 20.0, 500.0), 650.0, (310.0, 250.0)))
+TRIES = (
+    ((100.0, 50.0, 1000.0), 700.0, (320.0, 240.0)),
+    ((-30.0, 20.0, 500.0), 650.0, (310.0, 250.0)),
+    ((37.0, 21.0, 930.0), 611.5, (318.2, 243.7)),
+)
 
 
 def questions(recording: Recording) -> tuple[Question, ...]:

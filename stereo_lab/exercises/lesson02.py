@@ -10,7 +10,7 @@ from stereo_lab.exercises.question import Question, lesson
 from stereo_lab.recording import Recording
 
 PIXEL_BGR = (30, 40, 200)
-HUES = np.array([[2, 90, 175], [30, 178, 8]], np.uint8)
+HUES = np.array([0, 2, 6, 7, 8, 30, 90, 120, 171, 172, 173, 175, 178, 179], np.uint8)
 CENTERS = ((10.0, 10.0, 13.0, 14.0), (100.0, 50.0, 100.0, 50.5))
 
 
@@ -48,6 +48,13 @@ def _wrap():
             is_red, ((HUES,),), 0, "",
             (
                 Wrong(lambda h: (h <= 7) & (h >= 172), "no hue is below 7 and above 172 at once: the two ends belong together by or, |."),
+                Wrong(lambda h: (h < 7) | (h >= 172), "at most 7 takes 7 as well: <=."),
+                Wrong(lambda h: (h <= 7) | (h > 172), "at least 172 takes 172 as well: >=."),
+                Wrong(lambda h: (h < 7) | (h > 172), "at most 7 takes 7 as well, and at least 172 takes 172: <= and >=."),
+                Wrong(lambda h: (h >= 7) | (h <= 172), "this is every hue there is. Turn both signs round."),
+                Wrong(lambda h: (h == 7) | (h == 172), "== takes one hue alone: use <= and >=."),
+                Wrong(lambda h: 255 * is_red(h), "these are 255 and 0. True and False are asked for: the comparison itself gives them."),
+                Wrong(lambda h: bool(is_red(h).any()), "this is one answer for all hues together. Give one for each."),
                 Wrong(lambda h: h <= 7, "half of red is missing: the hue wraps round, and 175 is red as well."),
                 Wrong(lambda h: h >= 172, "half of red is missing: hues from 0 to 7 are red as well."),
                 Wrong(lambda h: (h >= 7) & (h <= 172), "this is everything that is not red. Turn both signs round."),
