@@ -103,6 +103,9 @@ def questions(recording: Recording) -> tuple[Question, ...]:
             answer=Function(
                 distance_mm, TRIES, 0.01, "mm",
                 (
+                    Wrong(lambda a, b: sum(s * s for s in _steps(a, b)) / 2, "**1/2 is first **1 and then half of it. A root is **0.5 or **(1/2)."),
+                    Wrong(lambda a, b: max(_steps(a, b)), "that is the longest of the three steps; the others count as well."),
+                    Wrong(lambda a, b: math.hypot(*_steps(a, b)) / 1000, "that is in metres."),
                     Wrong(lambda a, b: sum(_steps(a, b)), "you add the three steps. The straight way is shorter: Pythagoras."),
                     Wrong(
                         lambda a, b: sum(s * s for s in _steps(a, b)),

@@ -44,6 +44,14 @@ def _projection():
                     "your straight ahead is pixel (0, 0), the upper left corner. Add the centre c.",
                 ),
                 Wrong(
+                    lambda p, f, c: (p[0] / p[2] + c[0], p[1] / p[2] + c[1]),
+                    "the focal length is missing: how many pixels a slope of 1 takes.",
+                ),
+                Wrong(lambda p, f, c: (f * (p[0] / p[2] + c[0]), f * (p[1] / p[2] + c[1])), "the centre is in pixels already: add it last."),
+                Wrong(lambda p, f, c: (f * p[0] / p[2] + c[1], f * p[1] / p[2] + c[0]), "u takes the first number of the centre, v the second."),
+                Wrong(lambda p, f, c: (f * p[0] / p[2] + c[0], c[1] - f * p[1] / p[2]), "Y goes down, as v does: plus."),
+                Wrong(lambda p, f, c: f * p[0] / p[2] + c[0], "that is u alone. Two numbers, with a comma between them."),
+                Wrong(
                     lambda p, f, c: (f * p[0] + c[0], f * p[1] + c[1]),
                     "your picture does not get smaller with distance: divide by Z.",
                 ),
@@ -77,6 +85,8 @@ def _corners(board):
             (columns, rows), 0, "",
             (
                 Wrong((columns + 1, rows + 1), "you counted squares. Inner corners, where four squares meet, are one fewer each way."),
+                Wrong((columns + 1, rows), "across you counted squares. Four of them must meet."),
+                Wrong((columns, rows + 1), "down you counted squares. Four of them must meet."),
                 Wrong((rows, columns), "columns first, then rows: across before down."),
                 Wrong((columns + 2, rows + 2), "you counted the outer rim as well. Only where four squares meet counts."),
             ),
@@ -176,6 +186,9 @@ def _worth(baseline, focal):
         answer=Function(
             depth_error, tries, 0.01, "mm",
             (
+                Wrong(lambda z, f, b, e: z**2 / f * b * e, "brackets are missing under the line: / (focal_px * baseline_mm)."),
+                Wrong(lambda z, f, b, e: z * 2 / (f * b) * e, "that is twice Z. Squared is **2."),
+                Wrong(lambda z, f, b, e: z**2 / (f * b * e), "the error belongs above the line: a larger one costs more."),
                 Wrong(lambda z, f, b, e: z / f * e, "that is the error to the side. In depth a pixel is worth Z²/(f·B)."),
                 Wrong(lambda z, f, b, e: z / (f * b) * e, "Z counts twice: once for how small things look, once for how flat the angle is."),
                 Wrong(lambda z, f, b, e: z**2 / (f * b), "that is for one whole pixel. Multiply by the error."),

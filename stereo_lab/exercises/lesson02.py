@@ -82,6 +82,8 @@ def _lightness():
             (
                 Wrong(saturation, "that is its saturation. Other programs write HSL; OpenCV's order is H, L, S."),
                 Wrong(hue, "that is its hue: the tint, 0 to 179."),
+                Wrong(1, "that is the place in the row; the number that stands there is asked for: hls_pixel[…]."),
+                Wrong(PIXEL_BGR[1], "that is its green. The numbers of the same pixel in HLS are in hls_pixel."),
             ),
             "H, L, S: lightness stands in the middle.",
         ),
@@ -104,6 +106,11 @@ def _votes():
             votes_for, tries, 0.01, "px",
             (
                 Wrong(lambda u, v, du, dv, r: (u - r * du, v - r * dv), "your vote goes away from the ball: the bright side is the inside."),
+                Wrong(lambda u, v, du, dv, r: (r * du, r * dv), "that is the way alone. Start it at the edge pixel: (u, v)."),
+                Wrong(lambda u, v, du, dv, r: (u + r, v + r), "that goes down to the right, whatever the direction is: r times (du, dv)."),
+                Wrong(lambda u, v, du, dv, r: (u + r * dv, v + r * du), "du and dv have changed places."),
+                Wrong(lambda u, v, du, dv, r: (u + r * du, v - r * dv), "one sign is turned: both steps are added."),
+                Wrong(lambda u, v, du, dv, r: u + r * du, "that is u alone. Two numbers, with a comma between them."),
                 Wrong(lambda u, v, du, dv, r: (u + du, v + dv), "one pixel is not enough: go one radius."),
                 Wrong(lambda u, v, du, dv, r: (v + r * dv, u + r * du), "u and v have changed places."),
             ),
@@ -171,6 +178,10 @@ def _error():
             (
                 Wrong(lambda u, v, a, b: abs(u - a) + abs(v - b), "you added the two steps. The straight way is shorter: Pythagoras."),
                 Wrong(lambda u, v, a, b: (u - a) ** 2 + (v - b) ** 2, "the square root is missing."),
+                Wrong(lambda u, v, a, b: ((u - a) ** 2 + (v - b) ** 2) / 2, "**1/2 is first **1 and then half of it. A root is **0.5 or **(1/2)."),
+                Wrong(lambda u, v, a, b: np.hypot(u - v, a - b), "the steps go from u to a and from v to b."),
+                Wrong(lambda u, v, a, b: np.hypot(u - b, v - a), "a belongs to u, and b to v."),
+                Wrong(lambda u, v, a, b: np.hypot(u + a, v + b), "a step is what one coordinate has less than the other: minus."),
             ),
             "Pythagoras, in pixels.",
             also=(lambda u, v, a, b: ((u - a) ** 2 + (v - b) ** 2) ** 0.5,),

@@ -59,6 +59,9 @@ def _slope(v0, y0, v1, y1):
         answer=Number(
             right, 0.02 * abs(right), "mm per px",
             (
+                Wrong(y1 - y0 / v1 - v0, "brackets are missing: Python divides before it takes away. (… - …) / (… - …)"),
+                Wrong((y1 - y0) / v1 - v0, "brackets are missing below the line: / (v1 - v0)."),
+                Wrong(y1 - y0 / (v1 - v0), "brackets are missing above the line: (y1 - y0) / …"),
                 Wrong(-right, "the sign is turned: take the same order above and below the line."),
                 Wrong(1 / right, "that is px per mm. Millimetres belong above the line, pixels below."),
                 Wrong(y1 - y0, "that is the step in y alone. Divide it by the step in v."),
@@ -143,6 +146,11 @@ def _perspective(tries):
         answer=Function(
             camera_x, tries, 0.01, "mm",
             (
+                Wrong(lambda u, z, f, c: u - c * z / f, "brackets are missing: (u - center_px) first."),
+                Wrong(lambda u, z, f, c: u * z / f - c, "the centre is in pixels: take it from u, before the rest."),
+                Wrong(lambda u, z, f, c: (u - c) * z, "divide by the focal length: pixels over pixels is a slope."),
+                Wrong(lambda u, z, f, c: (u - c) * z * f, "the focal length belongs below the line."),
+                Wrong(lambda u, z, f, c: f * (u - c) / z + c, "that is the other way, from mm to pixels (lesson 01)."),
                 Wrong(lambda u, z, f, c: u * z / f, "u counts from the picture's edge: take away the column c that looks straight ahead."),
                 Wrong(lambda u, z, f, c: (u - c) * f / z, "your x shrinks with depth. Rays spread: Z belongs above the line."),
                 Wrong(lambda u, z, f, c: (c - u) * z / f, "left and right are turned: u grows to the right, and so does x."),
