@@ -13,6 +13,7 @@ ROOT = Path(__file__).resolve().parent
 HOME = tempfile.TemporaryDirectory(prefix="stereo_lab_home_")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as lab.py does, and before numpy is loaded
 os.environ["STEREO_LAB_HOME"] = HOME.name  # nothing of whoever runs the tests is read or written; kernels inherit it
+os.environ.pop("STEREO_LAB_WORK", None)
 
 plain_sanitize = IPyNbCell.sanitize
 

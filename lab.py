@@ -1,6 +1,6 @@
 """Make the kit's own environment, then run it.
 
-python3 lab.py              opens the course in JupyterLab
+python3 lab.py              opens the course in JupyterLab, in a folder of your own (work)
 python3 lab.py test         runs the tests
 python3 lab.py ANYTHING     runs `stereo-lab ANYTHING`
 
@@ -133,21 +133,18 @@ def step(command, what):
 
 def run(arguments):
     """Run `stereo-lab`, or open the course. Returns its exit code."""
-    if arguments:
-        command = [PYTHON, "-m", "stereo_lab"] + arguments
-    else:
-        command = [PYTHON, "-m", "jupyterlab", os.path.join(HERE, "notebooks", "00_start_here.ipynb")]
-        # A class at work is asked nothing and nothing is fetched.
-        command += ["--LabApp.news_url=None", "--LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate"]
+    command = [PYTHON, "-m", "stereo_lab"] + (arguments or ["start"])
     # The environment's own tools come first on the path, as in an activated environment.
     environment = dict(os.environ, PATH=BIN + os.pathsep + os.environ.get("PATH", ""), VIRTUAL_ENV=VENV)
     environment["STEREO_LAB_COMMAND"] = ME
     # The kit's matrices are small: several threads would spend their time waiting for each other.
     environment.setdefault("OPENBLAS_NUM_THREADS", "1")
-    try:
-        return subprocess.run(command, env=environment).returncode
-    except KeyboardInterrupt:
-        return 130
+    child = subprocess.Popen(command, env=environment)
+    while True:
+        try:
+            return child.wait()
+        except KeyboardInterrupt:
+            continue  # it got the same Ctrl-C, and ends in its own way
 
 
 if __name__ == "__main__":

@@ -23,9 +23,8 @@ from tests.written import assert_as_written
 
 @pytest.fixture(autouse=True)
 def own_home(tmp_path_factory, monkeypatch):
-    """Progress of these tests goes to a folder of its own; calibrations stay where they are."""
-    folder = tmp_path_factory.mktemp("home") / "progress.json"
-    monkeypatch.setattr("stereo_lab.exercises.progress._path", lambda: folder)
+    """Progress and answers of these tests go to a folder of their own; calibrations stay where they are."""
+    monkeypatch.setenv("STEREO_LAB_WORK", str(tmp_path_factory.mktemp("work")))
 
 
 @pytest.fixture(scope="module", params=[(r, n) for r in ("bench", "second_rig") for n in LESSONS], ids="-".join)

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from stereo_lab.cli.arm import ARM_ACTIONS, run_arm
 from stereo_lab.cli.checks import run_bench, run_test
+from stereo_lab.cli.course import run_progress, run_reset, run_start
 from stereo_lab.cli.live import run_live, run_log, run_watch
 from stereo_lab.cli.terminal import BAD_INPUT, STOPPED, check_json_option, clear_line, flush_output
 from stereo_lab.cli.vision import run_calibrate, run_demo, run_detect, run_import, run_render
@@ -57,6 +58,20 @@ def _parser():
         command = commands.add_parser(name, help=text, description=text, epilog=epilog, **more)
         command.set_defaults(run=run)
         return command
+
+    start = add(
+        "start", run_start,
+        "Open the course in JupyterLab, in a folder of your own with a clean copy of each lesson.", "start 03 --name ada",
+    )  # fmt: skip
+    start.add_argument(
+        "words", nargs="*", metavar="LESSON", help="its number (default: 00); after -- come options for JupyterLab"
+    )
+    reset = add("reset", run_reset, "Begin a lesson afresh; what you had is kept beside it.", "reset 03")
+    reset.add_argument("lesson", metavar="LESSON", help="its number")
+    progress = add("progress", run_progress, "Say how far you are.", "progress")
+    _add_recording(progress)
+    for command in (start, reset, progress):
+        command.add_argument("--name", metavar="NAME", help="whose: several people at one computer have a folder each")
 
     demo = add(
         "demo",

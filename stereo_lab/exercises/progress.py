@@ -1,9 +1,10 @@
-"""Which questions are passed: one small file in the user's own data folder."""
+"""Which questions are passed: one small file in the learner's own folder."""
 
 from __future__ import annotations
 
-from stereo_lab.common.files import read_json, user_folder, write_json
+from stereo_lab.common.files import read_json, write_json
 from stereo_lab.errors import StereoLabError
+from stereo_lab.work import own_folder
 
 
 def passed(lesson: str, number: int) -> int:
@@ -31,4 +32,4 @@ def load() -> dict[str, list[int]]:
 
 
 def _path():
-    return user_folder() / "progress.json"
+    return own_folder() / "progress.json"

@@ -6,7 +6,7 @@ import textwrap
 from dataclasses import dataclass, field
 from typing import Any
 
-from stereo_lab.exercises import progress
+from stereo_lab.exercises import kept, progress
 from stereo_lab.exercises.answers import PASS, Choice, Command, Function, Number, judge
 
 
@@ -48,6 +48,7 @@ class Question:
         if verdict.status != PASS:
             print(verdict)
             return
+        kept.keep(self.name, answer)
         done = progress.passed(self.lesson, self.number)
         print(f"{verdict} (lesson {int(self.lesson)}: {done} of {self.questions})")
 

@@ -1,0 +1,92 @@
+"""The commands for whoever takes the course: start, reset, progress."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+from stereo_lab.cli.terminal import OK, me, write_json_option
+from stereo_lab.errors import StereoLabError
+
+
+def run_start(options: argparse.Namespace) -> int:
+    """Lay out the learner's folder and open a lesson in JupyterLab. The exit code is OK, or what JupyterLab ends with."""
+    from stereo_lab.work import find, lay_out
+
+    lessons, folder = _lessons(), _folder(options.name)
+    number, more = _lesson_and_options(options.words)
+    lesson = find(lessons, number)
+    made, older = lay_out(lessons, folder)
+    print(f"Your lessons lie in {folder}" + (": they stay yours, and no newer kit writes over them." if made else "."))
+    for name in older:
+        print(f"The kit has a newer {name}. Yours is kept; {me()} reset {name[:2]} gives the new one beside it.")
+    # An empty home has no list of fonts yet; made now, the first figure need not wait for it.
+    fonts = subprocess.Popen([sys.executable, "-c", "import matplotlib.font_manager"], stderr=subprocess.DEVNULL)
+    environment = {**os.environ, "STEREO_LAB_WORK": str(folder)}
+    command = [sys.executable, "-m", "jupyterlab", str(folder / lesson.name), f"--ServerApp.root_dir={folder}"]
+    # A class at work is asked nothing and nothing is fetched.
+    command += ["--LabApp.news_url=None", "--LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate"]
+    with subprocess.Popen(command + more, env=environment) as lab, fonts:
+        while True:
+            try:
+                return lab.wait()
+            except KeyboardInterrupt:
+                continue  # JupyterLab got it as well, and asks whether it is meant
+
+
+def run_reset(options: argparse.Namespace) -> int:
+    """Lay a fresh copy of a lesson into the learner's folder and keep the old one. The exit code is OK."""
+    from stereo_lab.work import reset
+
+    fresh, kept = reset(_lessons(), _folder(options.name), options.lesson)
+    print(f"{fresh.name} is as new." + (f" What you had is now {kept.name}." if kept else ""))
+    return OK
+
+
+def run_progress(options: argparse.Namespace) -> int:
+    """Print how many questions of each lesson are passed. The exit code is OK."""
+    os.environ["STEREO_LAB_WORK"] = str(_folder(options.name))
+    from stereo_lab.exercises import LESSONS, progress, questions
+    from stereo_lab.recording import open_recording
+
+    recording, known, table = open_recording(options.recording), progress.load(), {}
+    for lesson in LESSONS:
+        asked = [q.number for q in questions(lesson, recording)]
+        passed = sorted(set(known.get(lesson, [])) & set(asked))
+        table[lesson] = {"passed": passed, "questions": len(asked)}
+        if options.json != "-":
+            left = ", ".join(f"{int(lesson)}.{k}" for k in asked if k not in passed)
+            hint = f"   open: {left}" if passed and left else ""
+            print(f"lesson {lesson}  {'#' * len(passed):8s} {len(passed)} of {len(asked)}{hint}")
+    write_json_option(options.json, {"folder": str(_folder(options.name)), "lessons": table})
+    return OK
+
+
+def _lesson_and_options(words):
+    """The number of a lesson, 00 where none is named, and what is meant for JupyterLab: all from the first - on."""
+    if not words or words[0].startswith("-"):
+        return "00", words
+    return words[0], words[1:]
+
+
+def _lessons() -> Path:
+    """Where the kit's own notebooks are."""
+    from stereo_lab.recording import REPOSITORY
+
+    return REPOSITORY / "notebooks"
+
+
+def _folder(name: str | None) -> Path:
+    """The work folder: beside lab.py, or in the home where nobody may write there; one for each name."""
+    if name is not None and not re.fullmatch(r"[\w.-]{1,40}", name):
+        raise StereoLabError(f"A name of letters, figures, - and _ is expected after --name, got {name!r}.")
+    if name is None and os.environ.get("STEREO_LAB_WORK"):
+        return Path(os.environ["STEREO_LAB_WORK"]).absolute()
+    from stereo_lab.recording import REPOSITORY
+
+    whose = "work" + (f"-{name}" if name else "")
+    return REPOSITORY / whose if os.access(REPOSITORY, os.W_OK) else Path.home() / "stereo_lab" / whose
