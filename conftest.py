@@ -21,6 +21,10 @@ plain_sanitize = IPyNbCell.sanitize
 def sanitize(cell, text):
     """nbval compares what this gives: a text that knows how much room its numbers have."""
     text = plain_sanitize(cell, text)
+    if isinstance(text, str) and text.startswith(
+        "<video "
+    ):  # what it shows is also printed; its bytes are the encoder's
+        return "<video>"
     if isinstance(text, str):
         text = Printed(text)
         text.room = cell.cell.metadata.get("stereo_lab", {}).get("tolerance")

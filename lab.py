@@ -9,6 +9,7 @@ environment.txt; while that is up to date, nothing is touched.
 """
 
 import hashlib
+import json
 import os
 import shutil
 import subprocess
@@ -99,6 +100,7 @@ def make_environment():
         if EXTRAS:
             step(install + [HERE + "[" + EXTRAS + "]"], "install the extras " + EXTRAS)
             step(install + ["--no-deps", "--no-build-isolation", "-e", HERE], "install the kit")
+        quiet()
         with open(STAMP, "w", encoding="utf-8") as file:
             file.write(wanted())
     except OSError as error:
@@ -110,6 +112,15 @@ def make_environment():
         raise SetupError(
             "Cannot make %s: %s. On Debian and Ubuntu: sudo apt install python3-venv. Then: %s" % (VENV, error, ME)
         ) from None
+
+
+def quiet():
+    """JupyterLab asks everybody whether to fetch news: here it does not, and fetches none."""
+    folder = os.path.join(VENV, "share", "jupyter", "lab", "settings")
+    os.makedirs(folder, exist_ok=True)
+    answers = {"@jupyterlab/apputils-extension:notification": {"fetchNews": "false", "checkForUpdates": False}}
+    with open(os.path.join(folder, "overrides.json"), "w", encoding="utf-8") as file:
+        json.dump(answers, file)
 
 
 def step(command, what):

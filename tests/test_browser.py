@@ -1,9 +1,10 @@
-"""The panels in a real browser: JupyterLab, headless Chromium, the keyboard."""
+"""The course, its panels and its clips in a real browser: JupyterLab, headless Chromium, the keyboard."""
 
 import ast
 import json
 import os
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -13,11 +14,13 @@ import urllib.request
 from types import SimpleNamespace
 
 import nbformat
+import numpy as np
 import psutil
 import pytest
 from nbformat.v4 import new_code_cell, new_notebook
 
 from conftest import ROOT, skip_unless_ci
+from stereo_lab.widgets import Clip
 
 SETUP = """from stereo_lab import widgets
 from stereo_lab.motion import Motor
@@ -87,9 +90,7 @@ def server(tmp_path_factory):
     settings.mkdir(parents=True)
     quiet = {"fetchNews": "false", "checkForUpdates": False}
     (settings / "notification.jupyterlab-settings").write_text(json.dumps(quiet))
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port()
     environment = {
         **os.environ, "PYTHONPATH": str(ROOT), "JUPYTER_CONFIG_DIR": str(folder / "config"),
         "JUPYTERLAB_SETTINGS_DIR": str(folder / "settings"), "JUPYTERLAB_WORKSPACES_DIR": str(folder / "workspaces"),
@@ -112,6 +113,12 @@ def server(tmp_path_factory):
     finally:
         running.terminate()
         running.wait(20)
+
+
+def free_port():
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return free.getsockname()[1]
 
 
 def _wait_until_up(running, address, log):
@@ -207,6 +214,59 @@ def test_the_live_cell_is_seen_steered_and_stopped(server, browser):
     time.sleep(2)
     assert psutil.Process(server.process.pid).memory_info().rss / 1e6 < server_mb + 40
     assert seen(server)[2] < kernel_mb + 40
+
+
+@pytest.mark.slow
+def test_a_clip_plays_and_pauses(browser):
+    block = [np.full((240, 320, 3), 20 * k, np.uint8) for k in range(10)]
+    page = browser.chromium.new_page()
+    page.set_content(Clip(block, 10, "a page that grows light")._repr_mimebundle_()["text/html"])
+    page.wait_for_function("() => document.querySelector('video').readyState >= 2", timeout=20_000)
+    video = page.locator("video")
+    assert 0.8 <= video.evaluate("v => v.duration") <= 1.2 and video.evaluate("v => v.paused")
+    video.evaluate("v => v.play()")
+    page.wait_for_function("() => document.querySelector('video').currentTime > 0.3", timeout=20_000)
+    video.evaluate("v => v.pause()")
+    assert video.evaluate("v => v.paused && v.error === null")
+    page.close()
+
+
+@pytest.mark.slow
+def test_the_course_opens_and_its_first_picture_comes(browser, tmp_path):
+    """As `lab.py` opens it, in an empty home: a copy with nothing in it; the first cells are run by the keyboard."""
+    port = free_port()
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(ROOT),
+        "HOME": str(tmp_path / "home"),
+        "STEREO_LAB_WORK": str(tmp_path / "work"),
+    }
+    options = ["--no-browser", "--ip=127.0.0.1", f"--port={port}", "--allow-root", "--IdentityProvider.token=panels"]
+    command = [sys.executable, "-m", "stereo_lab", "start", "--", *options]
+    with open(tmp_path / "server.log", "w") as log:
+        running = subprocess.Popen(
+            command, env=environment, stdout=log, stderr=subprocess.STDOUT, start_new_session=True
+        )
+    try:
+        _wait_until_up(running, f"http://127.0.0.1:{port}/api/status?token=panels", tmp_path / "server.log")
+        page = browser.chromium.new_page(viewport={"width": 1400, "height": 1000})
+        page.goto(f"http://127.0.0.1:{port}/lab/tree/00_start_here.ipynb?token=panels")
+        page.locator('.jp-NotebookPanel .jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for(timeout=90_000)
+        assert (
+            page.locator(".jp-OutputArea img, .jp-OutputArea pre").count() == 0
+            and page.get_by_text("instructor").count() == 0
+        )
+        page.wait_for_timeout(1500)  # the page is still being laid out
+        page.locator(".jp-CodeCell .jp-InputArea-editor").first.click()
+        for _ in range(6):  # two cells of code, and the text between them
+            page.keyboard.press("Shift+Enter")
+            page.wait_for_timeout(500)
+        page.locator(".jp-OutputArea img").first.wait_for(timeout=60_000)
+        assert page.get_by_text("Jupyter news").count() == 0 or not (ROOT / ".venv").exists()
+        page.close()
+    finally:
+        os.killpg(running.pid, signal.SIGTERM)
+        running.wait(30)
 
 
 def seen(server):

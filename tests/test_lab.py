@@ -1,6 +1,7 @@
 """lab.py: what it says when it cannot go on. Nothing is installed here."""
 
 import importlib.util
+import json
 import subprocess
 import sys
 from collections import namedtuple
@@ -78,3 +79,32 @@ def test_commands_are_passed_on(lab, tmp_path, monkeypatch):
     (tmp_path / ".venv" / "stamp").write_text(lab.wanted())
     done = subprocess.run([sys.executable, "-m", "stereo_lab", "--help"], capture_output=True, cwd=ROOT)
     assert lab.main(["--help"]) == done.returncode == 0
+
+
+def test_nobody_is_asked_about_news(lab, tmp_path):
+    lab.quiet()
+    (written,) = (tmp_path / ".venv").rglob("overrides.json")
+    (answers,) = json.loads(written.read_text()).values()
+    assert answers == {"fetchNews": "false", "checkForUpdates": False}
+
+
+def test_ctrl_c_waits_for_what_runs(lab, monkeypatch):
+    """The command got the same Ctrl-C: it puts the arm to rest, or asks whether it is meant, and that takes a moment."""
+    waits = iter([KeyboardInterrupt, KeyboardInterrupt, 130])
+
+    def wait():
+        if (answer := next(waits)) == 130:
+            return answer
+        raise answer
+
+    child = namedtuple("child", "wait")(wait)
+    monkeypatch.setattr(lab.subprocess, "Popen", lambda *_, **__: child)
+    assert lab.run(["run"]) == 130 and next(waits, None) is None
+
+
+def test_without_a_command_the_course_opens(lab, monkeypatch):
+    started = []
+    monkeypatch.setattr(
+        lab.subprocess, "Popen", lambda command, **_: started.append(command) or namedtuple("c", "wait")(lambda: 0)
+    )
+    assert lab.run([]) == 0 and started[0][1:] == ["-m", "stereo_lab", "start"]

@@ -44,16 +44,16 @@ def _angles(l1, l2):
             domain="acos got a number outside −1…1, for a place that is in reach. Are there brackets round 2 * l1 * l2?",
         ),
         hints=(
-            "Lesson 05 has both: Eq. 5 gives θ2, and Eq. 6 takes it to give θ1.",
-            "theta2 = degrees(acos(…)), then theta1 = degrees(atan2(y, x) - atan2(…)). sin and cos need radians.",
-            "t = acos((x**2 + y**2 - l1**2 - l2**2) / (2 * l1 * l2)); return degrees(atan2(y, x) - atan2(l2 * sin(t), ____)), degrees(t)",
+            "Eq. 6 needs θ2. So which one comes first?",
+            "theta2 = elbow_deg(l1, l2, x, y), and then the shoulder, which takes it.",
+            "theta2 = elbow_deg(l1, l2, x, y); return shoulder_deg(l1, l2, x, y, ____), theta2",
         ),
         code=(
             "def angles_for(x, y, l1, l2):\n"
-            "    t = acos((x**2 + y**2 - l1**2 - l2**2) / (2 * l1 * l2))\n"
-            "    return degrees(atan2(y, x) - atan2(l2 * sin(t), l1 + l2 * cos(t))), degrees(t)"
+            "    theta2 = elbow_deg(l1, l2, x, y)\n"
+            "    return shoulder_deg(l1, l2, x, y, theta2), theta2"
         ),
-        reason="Eq. 5 for the elbow, and Eq. 6 with what came out of it.",
+        reason="Eq. 5 gives the elbow; Eq. 6 takes it and gives the shoulder.",
         reference=angles_for,
     )  # fmt: skip
 

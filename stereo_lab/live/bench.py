@@ -88,6 +88,7 @@ class VirtualBench(StereoSource):
     late : int, so many pictures later a pair is handed over: webcams take their time
     seed : int, for the noise
     clock, sleep : function, seconds and waiting for some
+    noise : float, its standard deviation in grey levels
 
     Attributes
     ----------
@@ -111,6 +112,7 @@ class VirtualBench(StereoSource):
         seed: int = 0,
         clock: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], None] = time.sleep,
+        noise: float = NOISE,
     ) -> None:
         if "cameras" not in recording.truth:
             raise StereoLabError(
@@ -126,7 +128,7 @@ class VirtualBench(StereoSource):
         self._wall = _wall(self.size)
         rng = np.random.default_rng(seed)
         wide, high = self.size
-        self._noise = np.round(rng.normal(0, NOISE, (high + ROOM, wide + ROOM, 3))).astype(np.int16)
+        self._noise = np.round(rng.normal(0, noise, (high + ROOM, wide + ROOM, 3))).astype(np.int16)
         self._rng, self._next, self._closed = rng, 0, False
         self._pace = None if fast else Pace(rate_hz, clock, sleep)
         self.late, self._on_their_way = late, deque[Frame]()

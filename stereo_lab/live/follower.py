@@ -214,6 +214,27 @@ def hand_to_ball(moments: Sequence[Moment], recording: Recording, beyond_mm: flo
     -------
     time_s, gap_mm : ndarray, shape (N,)
     """
+    steps, x_mm, y_mm = ball_when_ordered(moments, recording)
+    tip = recording.registration.arm.extended(beyond_mm)
+    zeros = recording.registration.values[5:7]
+    hands = [tip.forward(JointAngles(s.reached.theta1_deg + zeros[0], s.reached.theta2_deg + zeros[1])) for s in steps]
+    hand_x, hand_y = np.array(hands, float).reshape(-1, 2).T
+    return np.array([step.time_s for step in steps]), np.hypot(hand_x - x_mm, hand_y - y_mm)
+
+
+def ball_when_ordered(moments: Sequence[Moment], recording: Recording) -> tuple[list[Step], np.ndarray, np.ndarray]:
+    """The orders of a run, and where the ball was as each went out: read off between the pictures before and after.
+
+    Parameters
+    ----------
+    moments : sequence of Moment, of one run
+    recording : Recording, which says where the arm stands
+
+    Returns
+    -------
+    steps : list of Step, those in which the arm followed
+    x_mm, y_mm : ndarray, shape (N,), in the arm's plane
+    """
     seen = [m for m in moments if m.track is not None and m.track.seen]
     when, x, y = (
         np.array(values, float)
@@ -221,11 +242,7 @@ def hand_to_ball(moments: Sequence[Moment], recording: Recording, beyond_mm: flo
     )
     steps = [m.step for m in moments if m.step is not None and m.step.wanted is not None and m.step.time_s <= when[-1]]
     time_s = np.array([step.time_s for step in steps])
-    tip = recording.registration.arm.extended(beyond_mm)
-    zeros = recording.registration.values[5:7]
-    hands = [tip.forward(JointAngles(s.reached.theta1_deg + zeros[0], s.reached.theta2_deg + zeros[1])) for s in steps]
-    hand_x, hand_y = np.array(hands, float).reshape(-1, 2).T
-    return time_s, np.hypot(hand_x - np.interp(time_s, when, x), hand_y - np.interp(time_s, when, y))
+    return steps, np.interp(time_s, when, x), np.interp(time_s, when, y)
 
 
 def _in_plane(recording, moment):

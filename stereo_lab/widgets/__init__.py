@@ -1,9 +1,10 @@
-"""Every ipywidgets panel. Each is a picture with sliders beside it, drawn by OpenCV, and feeds nothing downstream.
+"""Every ipywidgets panel, and clips. A panel is a picture with sliders beside it, drawn by OpenCV, and feeds nothing downstream.
 
 A panel answers a slider by drawing its picture anew and writing one line of text. The keyboard works: Tab goes
 to a slider, the arrow keys move it.
 """
 
+from stereo_lab.widgets.clip import Clip
 from stereo_lab.widgets.lesson01 import epipolar_line
 from stereo_lab.widgets.lesson02 import color_thresholds, hough_parameters
 from stereo_lab.widgets.lesson04 import ball_against_disparity, depth_samples, signs_against_squint
@@ -13,6 +14,6 @@ from stereo_lab.widgets.lesson07 import LiveCell, live_cell
 from stereo_lab.widgets.panel import Panel
 
 __all__ = [
-    "LiveCell", "Panel", "arm_reaches", "ball_against_disparity", "color_thresholds", "depth_samples", "epipolar_line",
-    "hough_parameters", "live_cell", "registering", "signs_against_squint", "stopping",
+    "Clip", "LiveCell", "Panel", "arm_reaches", "ball_against_disparity", "color_thresholds", "depth_samples", 
+    "epipolar_line", "hough_parameters", "live_cell", "registering", "signs_against_squint", "stopping",
 ]  # fmt: skip

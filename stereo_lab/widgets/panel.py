@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import cv2
 import ipywidgets
@@ -33,6 +35,10 @@ class Panel(ipywidgets.VBox):
 
     def __repr__(self):
         return f"panel: {self._name}"
+
+    def _repr_mimebundle_(self, **asked: Any) -> dict[str, Any]:
+        """As any widget's, and the picture of the moment for a page on which no kernel runs."""
+        return {**super()._repr_mimebundle_(**asked), "image/jpeg": base64.b64encode(self.picture.value).decode()}
 
     def control(self, name: str) -> ipywidgets.Widget:
         """One of the panel's controls, by name."""
