@@ -15,6 +15,7 @@ from stereo_lab.detection import Detection
 from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises import LESSONS, ____, questions
 from stereo_lab.exercises.answers import Choice, Command, Function, Number, Wrong, judge
+from stereo_lab.exercises.lesson05 import elbow_deg, shoulder_deg
 from stereo_lab.exercises.question import lesson
 from stereo_lab.position import LineFit
 from stereo_lab.recording import open_recording
@@ -159,7 +160,7 @@ def names_above(lesson, recording):
     if lesson == "05":
         return {"l1": recording.arm.l1_mm, "l2": recording.arm.l2_mm, **vars(math)}
     if lesson == "07":
-        return dict(vars(math))
+        return {"elbow_deg": elbow_deg, "shoulder_deg": shoulder_deg}
     return {}
 
 

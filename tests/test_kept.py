@@ -1,5 +1,6 @@
 """What a learner wrote comes back in later lessons; what cannot come back is told, and the kit's own stands in."""
 
+import linecache
 import math
 
 import numpy as np
@@ -122,9 +123,11 @@ def test_a_question_that_is_not_there(name, bench):
 
 @pytest.mark.parametrize("number", LESSONS)
 def test_every_solution_can_be_kept(number, folder, bench, capsys):
-    """Run as in a notebook's cell, each solution comes back and passes again."""
-    import linecache
-
+    """Run as in a notebook's cell, each solution comes back and passes again, with whatever it uses."""
+    names = {"__name__": "__main__"}
+    if number == "07":
+        names |= {"elbow_deg": mine("05.3", bench), "shoulder_deg": mine("05.4", bench)}
+        capsys.readouterr()
     for q in questions(number, open_recording(ROOT / "data" / "bench")):
         if not isinstance(q.answer, Function):
             continue
@@ -136,10 +139,23 @@ def test_every_solution_can_be_kept(number, folder, bench, capsys):
             cell.splitlines(True),
             file,
         )  # as IPython does, so that source is found
-        names = {"__name__": "__main__"}
+        before = set(names)
         exec(compile(cell, file, "exec"), names)
-        defined = [thing for thing in names.values() if getattr(thing, "__module__", "") == "__main__"]
-        q.check(defined[-1])
+        (defined,) = [name for name in set(names) - before if getattr(names[name], "__module__", "") == "__main__"]
+        q.check(names[defined])
         assert capsys.readouterr().out.startswith("PASS")
         assert mine(q.name, bench) is not q.reference
         assert "your own answer" in capsys.readouterr().out
+
+
+def test_what_came_back_is_kept_again_with_what_it_uses(bench, capsys):
+    """Lesson 07 joins two functions that came back from lesson 05."""
+    passed("05.3", with_a_helper, bench, capsys)
+    names = {"__name__": "__main__", "elbow_deg": mine("05.3", bench), "shoulder_deg": mine("05.4", bench)}
+    cell = questions("07", bench)[0].code
+    linecache.cache["<cell 7.1>"] = (len(cell), None, cell.splitlines(True), "<cell 7.1>")
+    exec(compile(cell, "<cell 7.1>", "exec"), names)
+    capsys.readouterr()
+    passed("07.1", names["angles_for"], bench, capsys)
+    assert mine("07.1", bench)(150, 200, 250, 200) == pytest.approx(names["angles_for"](150, 200, 250, 200))
+    assert "your own answer" in capsys.readouterr().out

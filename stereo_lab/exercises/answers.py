@@ -180,6 +180,7 @@ class Function:
     right : function
     inputs : tuple of tuples, the arguments of each try
     tolerance : float, in ``unit``
+    relative : float, room beside it, as a part of the right value
     wrong : tuple of Wrong, their answers functions
     praise, also : as in :class:`Number`
     domain : str, what to say where the function stops with a ValueError, as acos does outside −1…1
@@ -193,6 +194,7 @@ class Function:
     praise: str = ""
     also: tuple[Any, ...] = ()
     domain: str = ""
+    relative: float = 0.0
 
     def judge(self, answer: Any) -> Verdict:
         """PASS where the function is right for every input; else the first that is not, or why it stopped."""
@@ -273,7 +275,8 @@ class Function:
             return False
         if value.shape != right.shape and not (value.size == right.size == 1):
             return False
-        return bool(np.all(np.abs(value.reshape(right.shape) - right) <= self.tolerance))
+        room = self.tolerance + self.relative * np.abs(right)
+        return bool(np.all(np.abs(value.reshape(right.shape) - right) <= room))
 
 
 @dataclass(frozen=True, eq=False)

@@ -55,7 +55,7 @@ def recall(name: str, kind: Number | Choice | Function | Command) -> tuple[Any, 
     path = _path(name)
     if not path.exists():
         return None, "you have not passed it in this folder yet"
-    there: dict[str, Any] = {}
+    there: dict[str, Any] = {"__name__": "__main__"}  # as in the notebook that it comes from
     try:
         exec(compile(read_text(path), str(path), "exec"), there)  # the learner's own lines, in the learner's own kernel
     except KeyboardInterrupt:
@@ -114,7 +114,8 @@ def _add_needed(word, thing, module, lines):
     if isinstance(thing, ModuleType):
         lines[word] = f"import {thing.__name__}" + f" as {word}" * (word != thing.__name__)
     elif isinstance(thing, FunctionType) and thing.__module__ == module:
-        _add(thing, lines)
+        if (name := _add(thing, lines)) != word:  # one that came back has the name that it had in its own lesson
+            lines[word] = f"{word} = {name}"
     elif callable(thing):
         lines[word] = f"from {thing.__module__} import {thing.__name__}" + f" as {word}" * (word != thing.__name__)
     elif isinstance(thing, np.ndarray):

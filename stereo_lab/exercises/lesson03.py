@@ -160,8 +160,8 @@ def _perspective(tries):
             also=(lambda u, z, f, c: z * (u - c) / f,),
         ),
         hints=(
-            "The formula stands above the cell.",
-            "u less c, times Z, over f.",
+            "Undo the steps of the formula, the last one first: there c was added last.",
+            "u − c is f·X/Z. Which two steps bring X out of that?",
             "return (u - ____) * z_mm / ____",
         ),
         code="def camera_x(u, z_mm, focal_px, center_px):\n    return (u - center_px) * z_mm / focal_px",

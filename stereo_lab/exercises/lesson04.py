@@ -14,9 +14,9 @@ def questions(recording: Recording) -> tuple[Question, ...]:
     """Six questions; see :mod:`stereo_lab.exercises`."""
     baseline, focal, left_u, right_u = _facts(str(recording.path))
     tries = ((baseline, focal, 60.0), (baseline, focal, 30.0), (100.0, 800.0, 80.0))
-    noise = ((1000.0, focal, baseline, 0.1), (2000.0, focal, baseline, 0.1))
+    far = ((1000.0, focal, baseline), (2000.0, focal, baseline), (500.0, 800.0, 100.0))
     return lesson(
-        "04", _twice_as_far(), _disparity(left_u, right_u), _eq3(tries), _unknowns(), _limit(noise), _wider(baseline)
+        "04", _twice_as_far(), _disparity(left_u, right_u), _eq3(tries), _unknowns(), _one_pixel(far), _wider(baseline)
     )
 
 
@@ -70,7 +70,7 @@ def _disparity(left_u, right_u):
 
 def _eq3(tries):
     return dict(
-        asks="Write Eq. 3: depth from baseline, focal length and disparity.",
+        asks="Two triangles of the same shape: write the depth from baseline, focal length and disparity.",
         answer=Function(
             ideal_depth, tries, 0.05, "mm",
             (
@@ -83,8 +83,8 @@ def _eq3(tries):
             also=(lambda b, f, d: f / (d / b),),
         ),
         hints=(
-            "The two triangles: d to f is as B to Z.",
-            "From d / f = B / Z, solve for Z. Millimetres and pixels must cancel to millimetres.",
+            "In triangles of the same shape, width to height is the same number.",
+            "d / f = B / Z. Solve for Z. Millimetres and pixels must cancel to millimetres.",
             "return baseline_mm * ____ / d_px",
         ),
         code="def depth_mm(baseline_mm, focal_px, d_px):\n    return baseline_mm * focal_px / d_px",
@@ -116,32 +116,45 @@ def _unknowns():
     )  # fmt: skip
 
 
-def _limit(tries):
+def _one_pixel(tries):
     return dict(
-        asks="Write the limit: by how many millimetres is the depth off, if the disparity is off by sigma_d_px?",
+        asks="By how many millimetres is the depth larger, if the disparity is one pixel smaller?",
         answer=Function(
-            depth_limit, tries, 0.01, "mm",
+            one_pixel_mm, tries, 0.0, "mm",
             (
                 Wrong(
-                    lambda z, f, b, s: z / (f * b) * s,
-                    "your error grows with the depth; it grows with its square. Twice as far is four times as bad.",
+                    lambda z, f, b: b * f / (b * f / z - 1),
+                    "that is the new depth. The question is by how much it is larger than z_mm: take the old one away.",
                 ),
-                Wrong(lambda z, f, b, s: z**2 / f * s, "the baseline is missing: a wide one makes the error small."),
-                Wrong(lambda z, f, b, s: z**2 * f * b * s, "f and B make the error small, so they stand under the line."),
+                Wrong(
+                    lambda z, f, b: z - b * f / (b * f / z - 1),
+                    "below zero: with a pixel less the ball seems farther away. Take the smaller depth from the larger one.",
+                ),
+                Wrong(lambda z, f, b: b * f, "that is the depth at a disparity of one pixel. Which disparity has this ball?"),
+                Wrong(lambda z, f, b: z / (f * b), "the depth comes in twice: once it makes the disparity small, once it is what changes."),
+                Wrong(lambda z, f, b: b * f / z, "that is the disparity at z_mm. Take a pixel from it, and ask for the depth again."),
+                Wrong(lambda z, f, b: z / f, "that is how many mm across a pixel covers there. Here the ball moves away."),
             ),
-            "twice as far is four times as bad.",
+            "a pixel is worth more, the farther away the ball is.",
+            also=(
+                lambda z, f, b: z - b * f / (b * f / z + 1),
+                lambda z, f, b: z**2 / (f * b),
+                lambda z, f, b: b * f / (b * f / z - 0.5) - b * f / (b * f / z + 0.5),
+            ),
+            relative=0.08,
         ),
         hints=(
-            "The formula stands above the cell.",
-            "Z², over f times B, times the error of the disparity.",
-            "return z_mm**2 / (____ * ____) * sigma_d_px",
+            "Which disparity does a ball at z_mm have? Eq. 3 says it, turned round: d = B·f/Z.",
+            "Ask your depth_mm for the depth at a disparity that is one pixel smaller. By how much is it larger than z_mm?",
+            "d_px = baseline_mm * focal_px / z_mm; return depth_mm(baseline_mm, focal_px, ____) - z_mm",
         ),
         code=(
-            "def depth_limit(z_mm, focal_px, baseline_mm, sigma_d_px):\n"
-            "    return z_mm**2 / (focal_px * baseline_mm) * sigma_d_px"
+            "def one_pixel_mm(z_mm, focal_px, baseline_mm):\n"
+            "    d_px = baseline_mm * focal_px / z_mm\n"
+            "    return depth_mm(baseline_mm, focal_px, d_px - 1) - z_mm"
         ),
-        reason="It is the slope of Eq. 3: one pixel of disparity is worth Z²/(f·B) millimetres.",
-        reference=depth_limit,
+        reason="Depth at d − 1 less depth at d: nearly Z²/(f·B) millimetres.",
+        reference=one_pixel_mm,
     )  # fmt: skip
 
 
@@ -173,9 +186,9 @@ def ideal_depth(baseline_mm: float, focal_px: float, d_px: float) -> float:
     return baseline_mm * focal_px / d_px
 
 
-def depth_limit(z_mm: float, focal_px: float, baseline_mm: float, sigma_d_px: float) -> float:
-    """Depth error from a disparity error, mm."""
-    return z_mm**2 / (focal_px * baseline_mm) * sigma_d_px
+def one_pixel_mm(z_mm: float, focal_px: float, baseline_mm: float) -> float:
+    """By how much a ball is farther away whose disparity is one pixel smaller, mm."""
+    return baseline_mm * focal_px / (baseline_mm * focal_px / z_mm - 1) - z_mm
 
 
 @lru_cache(maxsize=4)

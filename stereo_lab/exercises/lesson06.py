@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stereo_lab.exercises.answers import Choice, Command, Function, Number, Wrong
+from stereo_lab.exercises.answers import Command, Function, Number, Wrong
 from stereo_lab.exercises.question import Question, lesson
 from stereo_lab.motion import slow_down_volts
 from stereo_lab.recording import Recording
@@ -12,7 +12,7 @@ CRUISE, COUNTS = 180.0, 4094.4
 
 def questions(recording: Recording) -> tuple[Question, ...]:
     """Six questions, the same for every recording; see :mod:`stereo_lab.exercises`."""
-    return lesson("06", _command(), _volts(), _runs_on(), _rule(), _edges(), _silence())
+    return lesson("06", _command(), _volts(), _runs_on(), _rule(), _edges(), _blind())
 
 
 def _command():
@@ -85,12 +85,12 @@ def _runs_on():
             "seconds times degrees per second give degrees.",
         ),
         hints=(
-            "How far it turns is the area under its speed, drawn over time.",
+            "Compare two lines that differ in one number only. Twice the τ, and twice the speed: what becomes of the degrees?",
             "Degrees come out when seconds are multiplied by degrees per second.",
             "return tau * ____",
         ),
         code="def runs_on(tau, speed):\n    return tau * speed",
-        reason="The area under speed·exp(−t/τ) is τ·speed.",
+        reason="Twice the τ or twice the speed gives twice the way, and 0.05 s at 180 °/s give 9°.",
         reference=runs_on,
     )  # fmt: skip
 
@@ -166,26 +166,30 @@ def _edges():
     )  # fmt: skip
 
 
-def _silence():
+def _blind():
     return dict(
-        asks="The computer falls silent in the middle of a long, slow move. What do the motors do?",
-        answer=Choice(
-            "they stop after a second",
+        asks="How far does a joint turn after the computer's last word, if it cruises at 180 degrees a second?",
+        answer=Number(
+            1.055 * CRUISE, 0.06 * CRUISE, "degrees",
             (
-                Wrong("they stop at once", "a silent computer looks like a busy one, at first. The controller waits a little."),
-                Wrong("they go on to the goal", "so they would, without a watchdog: the controller knows the goal."),
-                Wrong("they go home", "a machine that has lost its host should not begin new moves."),
+                Wrong(1.0, "that is how long it goes on, in seconds. How far does it get in that time?"),
+                Wrong(90.0, "it does not slow down in that second: the controller knows nothing yet."),
+                Wrong(0.12 * CRUISE, "that is how far it runs on once the voltage is gone. Before that it goes on for a whole second."),
+                Wrong(0.0, "so it would be if the controller knew at once. It waits for a second."),
+                Wrong(23.9, "that was the slow move of the cell above, at 30 percent of the speed, and from rest."),
+                Wrong(360.0, "one second, not two."),
             ),
-            "the watchdog: no word for a second, and the motors are off.",
+            "half a turn, and a little more while it brakes: keep out of its whole reach.",
+            also=(180, 180 + 0.05 * 180, 1.1 * 180),
         ),
         hints=(
-            "The controller cannot see the computer. It only hears it, or does not.",
-            "It waits for as long as its watchdog says: WD, a second by default.",
-            'silence = "they stop after a ____"',
+            "What does the controller do during the second in which it hears nothing?",
+            "It goes on as if nothing had happened: 180 degrees a second, for a second. Then it runs on a little.",
+            "blind_deg = 180 * ____",
         ),
-        code='silence = "they stop after a second"',
-        reason="The watchdog switches the motors off when nothing has been heard for WD milliseconds.",
-        reference="they stop after a second",
+        code="blind_deg = 180 * 1",
+        reason="A second at full speed before the watchdog has run down; what it runs on after that is a tenth of it.",
+        reference=180.0,
     )  # fmt: skip
 
 

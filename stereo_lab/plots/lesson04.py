@@ -17,7 +17,10 @@ __all__ = ["depth_curves", "depth_terms", "error_band", "error_grid", "error_of_
 def similar_triangles(
     baseline_mm: float, focal_px: float, depth_mm: float, x_mm: float, title: str, ax: Axes | None = None
 ) -> Axes:
-    """Two pinhole cameras from above, the ball, and where its rays meet the sensors (not to scale)."""
+    """Two pinhole cameras from above, the ball, and where its rays meet the sensors (not to scale).
+
+    The right camera's ray is drawn at the left camera once more: what the two cut out of the sensor is the disparity d.
+    """
     ax = ax or plt.gca()
     sensor = 0.18 * depth_mm  # drawn length of the focal distance
     ball = np.array([x_mm, depth_mm])
@@ -30,6 +33,13 @@ def similar_triangles(
         ax.plot(hit, sensor, "o", color=color, markersize=8)
         ax.annotate(f"{name} camera", (x, 0), xytext=(0, -20), textcoords="offset points", ha="center")
         ax.annotate(f"u {name}", (hit, sensor), xytext=(8, 6), textcoords="offset points", color=color)
+    shifted = (x_mm - baseline_mm) * sensor / depth_mm  # where the right camera's ray would meet the left sensor
+    ax.plot([0, 2.2 * shifted], [0, 2.2 * sensor], "--", color=VERMILION, linewidth=1)
+    ax.plot(shifted, sensor, "o", color=VERMILION, markersize=8, markerfacecolor="white")
+    ax.fill([0, shifted, x_mm * sensor / depth_mm], [0, sensor, sensor], color=GREEN, alpha=0.25, linewidth=0)
+    ends = (shifted, 1.25 * sensor), (x_mm * sensor / depth_mm, 1.25 * sensor)
+    ax.annotate("", *ends, arrowprops={"arrowstyle": "<->", "color": GREEN})
+    ax.annotate("d", (sum(u for u, _ in ends) / 2, 1.27 * sensor), ha="center", va="bottom", color=GREEN, weight="bold")
     ax.plot(*ball, "o", color=ORANGE, markersize=18, markeredgecolor=BLACK)
     ax.annotate("ball", (x_mm, depth_mm), xytext=(14, -4), textcoords="offset points")
     far = baseline_mm * 1.75
