@@ -2,6 +2,7 @@
 
 import base64
 import math
+import sys
 from types import SimpleNamespace
 
 import cv2
@@ -135,3 +136,15 @@ def test_a_panel_has_a_still_for_a_page_without_a_kernel(bench):
     panel = widgets.arm_reaches(bench.arm)
     still = base64.b64decode(panel._repr_mimebundle_()["image/jpeg"])
     assert still == panel.picture.value and "application/vnd.jupyter.widget-view+json" in panel._repr_mimebundle_()
+
+
+@pytest.mark.slow
+def test_the_film_of_the_readme(tmp_path):
+    sys.path.insert(0, str(ROOT / "examples"))
+    from film_of_the_cell import film, write
+
+    pictures, shown_ms = film()
+    assert len(pictures) == len(shown_ms) > 50 and abs(sum(shown_ms) - 7600) < 50
+    assert all(BallDetector("red").detect(picture[:300, :400]) is not None for picture in pictures[::10])
+    write(pictures[:5], shown_ms[:5], str(tmp_path / "a.webp"))
+    assert cv2.imread(str(tmp_path / "a.webp")).shape == pictures[0].shape
