@@ -61,6 +61,7 @@ def test_it_has_the_parts_of_a_lesson(path):
     ):
         assert part in text, part
     assert "💻" in text or "🤖" in text
+    assert ("<details><summary><b>You missed" in text) == (path.stem[:2] != "00")
     code = "\n".join(source(c) for c in cells_of(path) if c["cell_type"] == "code")
     assert "closing_table(" in code and "open_recording()" in code
 

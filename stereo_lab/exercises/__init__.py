@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises.blank import ____
+from stereo_lab.exercises.sitting import catch_up
 
 if TYPE_CHECKING:  # a lesson is loaded when its questions are asked for
     from stereo_lab.exercises.question import Question
@@ -22,7 +23,7 @@ if TYPE_CHECKING:  # a lesson is loaded when its questions are asked for
 
 LESSONS = ("00", "01", "02", "03", "04", "05", "06", "07")
 
-__all__ = ["LESSONS", "____", "mine", "questions"]
+__all__ = ["LESSONS", "____", "catch_up", "mine", "questions"]
 
 
 def questions(lesson: str, recording: Recording) -> tuple[Question, ...]:
