@@ -7,6 +7,7 @@ import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 
 import cv2
 
@@ -38,9 +39,24 @@ def _spread(work, things, cores):
     # "spawn" everywhere: a forked copy of a program whose OpenCV has threads may wait for them for ever
     pool = ProcessPoolExecutor(cores, multiprocessing.get_context("spawn"), _alone)
     try:
-        yield from pool.map(work, things, chunksize=AT_ONCE)
+        with _interrupts_wait():
+            answers = pool.map(work, things, chunksize=AT_ONCE)  # starts all processes
+        yield from answers
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _interrupts_wait() -> Iterator[None]:
+    """A Ctrl-C waits until the end of this; a process that starts meanwhile never hears one, not even while Python loads in it."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows: ``_alone`` does what can be done
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _alone():
