@@ -87,9 +87,16 @@ def test_a_real_arm_is_not_moved(tmp_path):
 
 def test_a_cell_that_is_not_saved_and_a_lesson_that_is_not_there(tmp_path):
     (cell,) = run(LESSON[2:3], tmp_path, LESSON[:2])
-    assert "not in 42_lesson.ipynb as it was last saved. Save it" in said(cell)
+    assert "No cell of 42_lesson.ipynb as it was last saved begins sitting 2. Save it" in said(cell)
     (cell,) = run([new_code_cell("from stereo_lab.exercises import catch_up\ncatch_up('43', sitting=2)")], tmp_path)
     assert "notebook of lesson 43 is not in" in said(cell)
+
+
+def test_a_cell_that_leaves_no_history(tmp_path):
+    """As nbval runs them, and an editor that runs a cell without keeping it: the cell is found by what it calls."""
+    silent = f"get_ipython().run_cell({LESSON[2].source!r}, store_history=False); print(f'{{area(2):.2f}}')"
+    (cell,) = run([new_code_cell(silent)], tmp_path, LESSON)
+    assert "2 cells were run" in said(cell) and said(cell).endswith("12.57\n")
 
 
 def test_outside_a_notebook(capsys):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import os
+import re
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +32,7 @@ def catch_up(lesson: str, sitting: int) -> None:
         print("catch_up is for a cell of a notebook. Open the lesson with: stereo-lab start")
         return
     try:
-        cells = _cells_above(_notebook(lesson), str(shell.user_ns.get("In", [""])[-1]))
+        cells = _cells_above(_notebook(lesson), lesson, sitting)
     except StereoLabError as error:
         print(error)
         return
@@ -69,12 +70,15 @@ def _notebook(lesson: str) -> Path:
     return found[0]
 
 
-def _cells_above(path: Path, now: str) -> list[str]:
-    """The code cells above the one that runs now, as the file has them."""
+def _cells_above(path: Path, lesson: str, sitting: int) -> list[str]:
+    """The code cells above the one in which this sitting begins, as the file has them."""
     code = ["".join(cell["source"]) for cell in read_json(path)["cells"] if cell["cell_type"] == "code"]
-    here = next((k for k, source in enumerate(code) if source.strip() == now.strip()), None)
+    begins = re.compile(rf"""catch_up\(\s*["']{lesson}["'],\s*(sitting\s*=\s*)?{sitting}\s*\)""")
+    here = next((k for k, source in enumerate(code) if begins.search(source)), None)
     if here is None:
-        raise StereoLabError(f"This cell is not in {path.name} as it was last saved. Save it, then run the cell again.")
+        raise StereoLabError(
+            f"No cell of {path.name} as it was last saved begins sitting {sitting}. Save it, then run this cell again."
+        )
     return [source for source in code[:here] if "catch_up(" not in source]
 
 
