@@ -44,6 +44,8 @@ CALLS = {
     "heat": lambda ax: plots.heat(PICTURE[..., 1], (2.0, 1.0), "A title", ax),
     "flow": lambda ax: plots.flow(["one", "two", "three"], "A title", ax),
     "answers_bar": lambda ax: plots.answers_bar(["a", "b"], [20.0, 40.0], [90.0, 95.0], "A title", ax),
+    "suspect": lambda ax: plots.suspect(PICTURE, 3.0, 2.0, 1.5, "A title", ax),
+    "signs": lambda ax: plots.signs({"rim": 1.5, "shade": -2.0, "seen": 0.0}, "A title", True, ax),
     "reliability": lambda ax: plots.reliability(
         np.array([0.02, np.nan, 0.9]), np.array([0.0, np.nan, 0.8]), np.array([50, 0, 5]), "A title", ax
     ),

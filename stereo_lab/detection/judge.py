@@ -54,8 +54,18 @@ def judge(cone: Cone, colored_px: float) -> Thing:
 
 def weigh(evidence: np.ndarray) -> float:
     """The logarithm of the odds of a thing against none: each piece of evidence and each two, weighed."""
-    z = np.minimum(np.maximum((evidence - MEAN) / SPREAD, -MOST), MOST)
+    z = _spreads_off(evidence)
     return float(WEIGHTS["constant"] + z @ (WEIGHT + TOGETHER @ z))
+
+
+def speaks(evidence: np.ndarray) -> dict[str, float]:
+    """What each piece of evidence adds to the sum, what it has together with others shared between them. Above zero: for a ball."""
+    z = _spreads_off(evidence)
+    return dict(zip(EVIDENCE, z * (WEIGHT + TOGETHER @ z), strict=True))
+
+
+def _spreads_off(evidence):
+    return np.minimum(np.maximum((evidence - MEAN) / SPREAD, -MOST), MOST)
 
 
 def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:

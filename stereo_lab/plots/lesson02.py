@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from stereo_lab.plots.base import BLACK, BLUE, ORANGE, VERMILION
+from stereo_lab.plots.base import BLACK, BLUE, ORANGE, VERMILION, show_image
 
-__all__ = ["answers_bar", "flow", "heat", "hue_circle", "mask_view", "reliability"]
+__all__ = ["answers_bar", "flow", "heat", "hue_circle", "mask_view", "reliability", "signs", "suspect"]
 
 
 def mask_view(mask: np.ndarray, title: str, ax: Axes | None = None) -> Axes:
@@ -90,6 +90,31 @@ def answers_bar(
     ax.set_title(title)
     ax.legend(loc="upper right", ncols=2)
     ax.axhline(100, color=ORANGE, linestyle=":")
+    return ax
+
+
+def suspect(image: np.ndarray, u: float, v: float, radius_px: float, title: str, ax: Axes | None = None) -> Axes:
+    """One thing of a picture, cut out and made larger, with a thin circle a little outside its rim."""
+    ax = show_image(image, title, ax)
+    reach = 2.2 * radius_px + 2
+    ax.set_xlim(u - reach, u + reach)
+    ax.set_ylim(v + reach, v - reach)
+    ax.add_patch(plt.Circle((u, v), 1.25 * radius_px + 1, fill=False, color=BLUE, linewidth=1.5))
+    return ax
+
+
+def signs(speaks: dict[str, float], title: str, named: bool, ax: Axes | None = None) -> Axes:
+    """What speaks for a thing, to the right, and what against it, to the left, as bars; ``named``: with names beside them."""
+    ax = ax or plt.gca()
+    values = np.array(list(speaks.values()))
+    for sign, color, hatch in ((values > 0, BLUE, ""), (values <= 0, VERMILION, "//")):
+        ax.barh(np.flatnonzero(sign), values[sign], color=color, hatch=hatch, edgecolor="white")
+    ax.axvline(0, color=BLACK, linewidth=1)
+    ax.set_yticks(range(len(values)), list(speaks) if named else [""] * len(values))
+    ax.invert_yaxis()
+    ax.set_xlim(-4, 4)
+    ax.set_xlabel("against  |  for a ball")
+    ax.set_title(title)
     return ax
 
 
