@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -45,11 +46,24 @@ class PaperDepth:
     residuals_mm: np.ndarray
 
     @classmethod
-    def fit(cls, disparity_px_N: ArrayLike, depth_mm_N: ArrayLike) -> PaperDepth:
-        """Least squares, unconstrained: the signs come out as they come out."""
+    def fit(cls, disparity_px_N: ArrayLike, depth_mm_N: ArrayLike, not_below_zero: bool = False) -> PaperDepth:
+        """Least squares. Without a constraint the signs come out as they come out.
+
+        Parameters
+        ----------
+        disparity_px_N, depth_mm_N : array_like, shape (N,), three samples or more
+        not_below_zero : bool
+            The paper states m, n, c > 0: of the fits in which some of the three are held at zero, the best that has none below.
+        """
         d, depth = _samples(disparity_px_N, depth_mm_N)
         terms = np.column_stack([1 / d, -d, np.ones_like(d)])
-        m, n, c = np.linalg.lstsq(terms, depth, rcond=None)[0]
+        fits = []
+        for held in product((False, True), repeat=3) if not_below_zero else [(False,) * 3]:
+            solved = np.zeros(3)
+            free = ~np.array(held)
+            solved[free] = np.linalg.lstsq(terms[:, free], depth, rcond=None)[0]
+            fits.append((np.linalg.norm(terms @ solved - depth), *solved))
+        _, m, n, c = min(fit for fit in fits if not not_below_zero or min(fit[1:]) >= 0)
         return cls(float(m), float(n), float(c), terms @ [m, n, c] - depth)
 
     def predict(self, disparity_px: ArrayLike) -> float | np.ndarray:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stereo_lab.localization import Localizer
-from stereo_lab.results.grid import FORMULAS, DepthGrid, depth_grid
+from stereo_lab.results.grid import FORMULAS, DepthGrid, depth_grid, fair_chances
 
 
 @pytest.fixture(scope="module")
@@ -47,6 +47,21 @@ def test_another_things_pixels_are_counted_and_not_averaged(second_rig, grid):
     assert grid.judged == len(second_rig.judges("volume"))
     assert left_out["cone"] == left_out["true centres"] == 0 and left_out["mask's middle"] > 5
     assert np.nanmax(grid.mean_mm) < 50
+
+
+def test_a_fair_chance_changes_one_thing_at_a_time(second_rig, second, grid):
+    """The rows that are in the grid as well agree with it; a poster among the three samples leaves no fit."""
+    chances = {chance.name: chance for chance in fair_chances(second_rig, *second)}
+    cell = lambda row, column: grid.mean_mm[grid.pixels.index(row), FORMULAS.index(column)]
+    assert np.isnan(chances["as it stands"].mean_mm) and np.isnan(cell("Hough circle", "Eq. 4, 3 samples"))
+    assert chances["all depth samples for three"].mean_mm == cell("Hough circle", "Eq. 4, all samples")
+    middle, learned = (
+        chances[name] for name in ("the mask's middle for the circle's", "colour bounds learned from its samples")
+    )
+    assert middle.left_out == grid.left_out[grid.pixels.index("mask's middle")] > 5
+    assert learned.left_out < 5 and learned.mean_mm < 20  # tight bounds leave the posters out
+    assert chances["the first three changes"].mean_mm < learned.mean_mm
+    assert chances["all four changes"].mean_mm >= chances["the first three changes"].mean_mm
 
 
 def test_the_page_tells_what_is_missing():

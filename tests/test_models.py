@@ -33,6 +33,19 @@ def test_paper_depth_solves_three_samples_exactly():
     assert np.allclose(np.linalg.solve(np.column_stack([1 / d, -d, np.ones(3)]), depth), [fit.m, fit.n, fit.c])
 
 
+@pytest.mark.parametrize("squint_px", [-3, -1, 1, 3])
+def test_paper_depth_not_below_zero_is_the_best_of_those(squint_px):
+    """No allowed change makes it better: the error has no slope along a free coefficient, and rises along one held at zero."""
+    depth = np.array([520.0, 813, 1104, 1397, 1688, 1980])
+    d = 83000 / depth + squint_px + np.random.default_rng(1).normal(0, 0.3, 6)
+    fit, free = PaperDepth.fit(d, depth, not_below_zero=True), PaperDepth.fit(d, depth)
+    solved, terms = np.array([fit.m, fit.n, fit.c]), np.column_stack([1 / d, -d, np.ones(6)])
+    slope = terms.T @ fit.residuals_mm / np.linalg.norm(terms, axis=0)
+    held = solved == 0
+    assert (solved >= 0).all() and np.allclose(slope[~held], 0, atol=1e-6) and (slope[held] > -1e-6).all()
+    assert held.any() == (min(free.m, free.n, free.c) < 0) == (squint_px > 0)
+
+
 def test_offset_depth_recovers_its_coefficients():
     d = np.array([140.0, 90, 70, 50, 40, 37])
     fit = OffsetDepth.fit(d, 73000 / (d - 1.7) + 12)

@@ -122,12 +122,12 @@ def _shifted(counts, step):
 
 
 def hls_ranges(pixels):
-    """HLS bounds that hold nine tenths of the pixels; the hue may wrap round 0."""
+    """HLS bounds: in each channel 98 of 100 pixels lie between them; the hue may wrap round 0."""
     hls = cv2.cvtColor(pixels.reshape(-1, 1, 3), cv2.COLOR_BGR2HLS).reshape(-1, 3).astype(float)
     angle = np.angle(np.exp(2j * np.pi * hls[:, 0] / 180).mean()) * 90 / np.pi
     offset = (hls[:, 0] - angle + 90) % 180 - 90
-    low, high = np.percentile(offset, [5, 95]) + angle
-    (l0, l1), (s0, s1) = (np.percentile(hls[:, k], [5, 95]) for k in (1, 2))
+    low, high = np.percentile(offset, [1, 99]) + angle
+    (l0, l1), (s0, s1) = (np.percentile(hls[:, k], [1, 99]) for k in (1, 2))
     low, high = round(low) % 180, round(high) % 180
     spans = [(low, high)] if low <= high else [(low, 179), (0, high)]
     return tuple(((int(a), int(l0), int(s0)), (int(b), int(l1), int(s1))) for a, b in spans)

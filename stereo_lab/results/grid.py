@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.depth import IdealDepth, OffsetDepth, PaperDepth
+from stereo_lab.detection import BallColor, BallDetector
 from stereo_lab.localization import Localizer
 from stereo_lab.position import RigidFit
 from stereo_lab.recording import Recording, Sample
@@ -58,10 +59,8 @@ def depth_grid(recording: Recording, ours: Localizer, paper: Localizer) -> Depth
     recording : Recording
     ours, paper : Localizer, of the two ways, with one calibration
     """
-    calibration, judges = ours.calibration, recording.judges("volume")
-    kept_back = {judge.pair for judge in judges}
-    samples = [s for name in ("position", "depth") for s in recording.samples(name) if s.pair not in kept_back]
-    balls = {sample.pair: _by_way(ours, sample) for sample in (*samples, *judges)}
+    calibration, scenes = ours.calibration, _Scenes(recording, ours)
+    judges, samples, balls = scenes.judges, scenes.samples, scenes.balls
     finders: dict[str, Finder] = {
         "Hough circle": lambda sample: _by_way(paper, sample),
         "mask's middle": lambda sample: _middle_of_mask(paper, sample),
@@ -70,15 +69,82 @@ def depth_grid(recording: Recording, ours: Localizer, paper: Localizer) -> Depth
     if all(recording.true_ball(s.pair.set_name, s.pair.name) for s in (*samples, *judges)):
         finders["true centres"] = lambda sample: _truth(recording, calibration, sample)
 
-    def seen(find: Finder, chosen: Sequence[Sample]) -> Seen:
-        found = [(sample, find(sample)) for sample in chosen]
-        radius_px = calibration.focal_px * recording.ball.diameter_mm / 2
-        near = lambda sample, centers: _apart(centers, balls[sample.pair]) < radius_px / sample.reference.depth_mm
-        return [(sample, centers) for sample, centers in found if centers is not None and near(sample, centers)]
-
-    rows = {name: (seen(find, judges), seen(find, samples)) for name, find in finders.items()}
+    rows = {name: (scenes.seen_by(find, judges), scenes.seen_by(find, samples)) for name, find in finders.items()}
     mean_mm = np.array([_row(recording, calibration, *row) for row in rows.values()])
     return DepthGrid(tuple(rows), mean_mm, len(judges), tuple(len(judges) - len(row[0]) for row in rows.values()))
+
+
+@dataclass(frozen=True)
+class Chance:
+    """The paper's way with something done as well as the paper leaves room for.
+
+    Attributes
+    ----------
+    name : str, what is done
+    mean_mm : float, mean depth error; NaN where too few samples were found to fit on
+    left_out : int, balls without a place, or with another thing's
+    """
+
+    name: str
+    mean_mm: float
+    left_out: int
+
+
+def fair_chances(recording: Recording, ours: Localizer, paper: Localizer) -> list[Chance]:
+    """The paper's way as it stands, then with one change at a time, then with all of them.
+
+    Parameters
+    ----------
+    recording : Recording
+    ours, paper : Localizer, of the two ways, with one calibration
+    """
+    scenes = _Scenes(recording, ours)
+    pictures = [im for s in scenes.samples for im in ours.calibration.rectify(s.pair.left, s.pair.right)]
+    learned = replace(
+        paper, way=replace(paper.way, detector=BallDetector(BallColor.learned(pictures, recording.ball.color), "paper"))
+    )
+    changes = {
+        "as it stands": {},
+        "colour bounds learned from its samples": {"way": learned},
+        "the mask's middle for the circle's": {"find": _middle_of_mask},
+        "all depth samples for three": {"use": ("fit", "check")},
+        "m, n and c not below zero": {"not_below_zero": True},
+    }
+    for name, count in (("the first three changes", 4), ("all four changes", 5)):
+        changes[name] = {key: value for change in list(changes.values())[:count] for key, value in change.items()}
+    return [Chance(name, *_chance(scenes, **{"way": paper, **change})) for name, change in changes.items()]
+
+
+def _chance(scenes, way, find=None, use=("fit",), not_below_zero=False):
+    """The mean depth error of one variant, and how many balls it leaves out."""
+    finder = lambda sample: (find or _by_way)(way, sample)
+    judges = scenes.seen_by(finder, scenes.judges)
+    samples = scenes.seen_by(finder, [s for s in scenes.samples if s.pair.set_name == "depth" and s.use in use])
+    left_out = len(scenes.judges) - len(judges)
+    if len(samples) < 3 or not judges:
+        return np.nan, left_out
+    depths_mm = [s.measured.depth_mm for s, _ in samples]
+    predicted = PaperDepth.fit(_disparities(samples), depths_mm, not_below_zero).predict(_disparities(judges))
+    return float(np.abs(predicted - [s.reference.depth_mm for s, _ in judges]).mean()), left_out
+
+
+class _Scenes:
+    """The samples of a recording and its judges, and where ours sees the ball in them."""
+
+    def __init__(self, recording: Recording, ours: Localizer):
+        self.judges = recording.judges("volume")
+        kept_back = {judge.pair for judge in self.judges}
+        self.samples = [s for name in ("position", "depth") for s in recording.samples(name) if s.pair not in kept_back]
+        self.balls = {sample.pair: _by_way(ours, sample) for sample in (*self.samples, *self.judges)}
+        self._radius_px_mm = ours.calibration.focal_px * recording.ball.diameter_mm / 2
+
+    def seen_by(self, find: Finder, chosen: Sequence[Sample]) -> Seen:
+        """What a way to find pixels sees; what is missed, or lies more than a radius from where ours sees the ball, is left out."""
+        found = [(sample, find(sample)) for sample in chosen]
+        return [(sample, centers) for sample, centers in found if centers is not None and self._near(sample, centers)]
+
+    def _near(self, sample, centers):
+        return _apart(centers, self.balls[sample.pair]) < self._radius_px_mm / sample.reference.depth_mm
 
 
 def _by_way(localizer, sample):
