@@ -112,6 +112,17 @@ def test_the_teacher_has_an_answer_to_every_question(number):
         assert part in text.lower(), f"{page.name} says nothing of: {part}"
 
 
+@every_notebook
+def test_the_teacher_knows_what_comes_out(path):
+    """A point for every Predict and every Change of the lesson, in its own words."""
+    text = "".join(source(cell) for cell in cells_of(path) if cell["cell_type"] == "markdown")
+    page = (path.parent / "instructor" / f"{path.stem}.md").read_text(encoding="utf-8")
+    points = re.findall(r"^- \*", page.partition("## Predict and Change")[2].partition("\n## ")[0], re.MULTILINE)
+    changes = [point for point in re.findall(r"^- \*[^*]*\*", page, re.MULTILINE) if point.startswith("- *Change")]
+    assert len(points) >= len(re.findall(r"\*\*(?:Predict|Change)", text))
+    assert len(changes) >= len(re.findall(r"\*\*Change", text))
+
+
 def run(path, monkeypatch, recording):
     """Run a notebook on a recording as a learner's JupyterLab would; returns its text output."""
     return execute(nbformat.read(path, 4), monkeypatch, recording)
