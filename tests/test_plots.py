@@ -10,6 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
+from mpl_toolkits.mplot3d import proj3d
 
 from stereo_lab import plots
 from stereo_lab.position import LineFit
@@ -148,7 +149,7 @@ def test_every_figure_is_written_down():
     figures |= {
         n for n, f in inspect.getmembers(plots, inspect.isfunction) if "axes" in inspect.signature(f).parameters
     }
-    assert figures == set(CALLS)
+    assert figures - {"space"} == set(CALLS)  # the one in space has tests of its own below
 
 
 @pytest.mark.parametrize("name", CALLS)
@@ -167,3 +168,47 @@ def test_a_figure_becomes_a_png_and_is_closed():
     fig, axes = plots.figure(2, 3, height=4.0, width=9.0)
     assert axes.shape == (2, 3) and fig.get_size_inches().tolist() == [9.0, 4.0]
     assert plots.png(fig).startswith(b"\x89PNG") and not plt.fignum_exists(fig.number)
+
+
+THINGS = [
+    plots.camera_at("left", [10, 20, 30], np.eye(3), (0.5, 0.4), 100),
+    plots.Thing("", [[0, 0, 0], [900, 200, 2000]], plots.GREEN, "--"),
+    plots.Thing("ball", [[300, -100, 1500]], plots.ORANGE, "o"),
+]
+
+
+def test_a_camera_shows_what_it_sees():
+    """The base of the pyramid: straight ahead by its length, and half the view to each side."""
+    points = np.array(THINGS[0].points_mm)
+    base = points[(points != [10, 20, 30]).any(1)]
+    assert {tuple(p) for p in base} == {(10.0 + i * 50, 20.0 + j * 40, 130.0) for i in (-1, 1) for j in (-1, 1)}
+    turned = np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]], float)  # looks to the right
+    assert np.allclose(
+        np.mean(np.unique(plots.camera_at("", [0, 0, 0], turned, (1, 1), 9).points_mm, axis=0), 0), [7.2, 0, 0]
+    )
+
+
+@pytest.mark.parametrize(("turned", "raised"), [(-90, 0), (-60, 20), (120, 70)])
+def test_in_space_all_is_seen_and_to_one_scale(turned, raised):
+    fig = plt.figure()
+    ax = plots.space(THINGS, "A title", fig.add_subplot(projection="3d"), turned, raised)
+    fig.canvas.draw()
+    low, high = np.transpose([ax.get_xlim(), ax.get_ylim(), ax.get_zlim()])
+    for thing in THINGS:
+        x, y, depth = np.transpose(np.asarray(thing.points_mm, float))
+        inside = np.column_stack([x, depth, y])
+        assert (inside >= low).all() and (inside <= high).all()
+    assert np.allclose(np.divide(ax.get_box_aspect(), high - low), ax.get_box_aspect()[0] / (high - low)[0])
+    assert (ax.azim, ax.elev) == (turned, raised) and ax.get_title() == "A title"
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["left", "ball"]
+    plt.close(fig)
+
+
+def test_from_behind_the_cameras_right_is_right_and_up_is_up():
+    fig = plt.figure()
+    ax = plots.space(THINGS, "", fig.add_subplot(projection="3d"), -90, 0)
+    fig.canvas.draw()
+    to_picture = lambda x, y, depth: np.array(proj3d.proj_transform(x, depth, y, ax.get_proj())[:2])
+    assert (to_picture(100, 0, 1000) - to_picture(0, 0, 1000))[0] > 0
+    assert (to_picture(0, 100, 1000) - to_picture(0, 0, 1000))[1] > 0
+    plt.close(fig)

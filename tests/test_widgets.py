@@ -5,7 +5,7 @@ import ipywidgets
 import numpy as np
 import pytest
 
-from stereo_lab import widgets
+from stereo_lab import plots, widgets
 from stereo_lab.errors import StereoLabError
 from stereo_lab.motion import Motor
 from tests.written import assert_as_written
@@ -32,6 +32,24 @@ def panels(bench, bench_calibration):
     ]
     assert np.array_equal(left, before)
     return made
+
+
+def test_space_is_turned_by_its_sliders():
+    things = [
+        plots.Thing("line", [[0, 0, 0], [100, 50, 900]], plots.BLUE),
+        plots.Thing("", [[5, 5, 5]], plots.BLACK, "o"),
+    ]
+    panel = widgets.space(things, "A line")
+    seen = {bytes(panel.picture.value)}
+    for control, value, words in (
+        ("turned_deg", 90, "behind the bench"),
+        ("turned_deg", 0, "side"),
+        ("raised_deg", 90, "above"),
+    ):
+        panel.control(control).value = value
+        seen.add(bytes(panel.picture.value))
+        assert words in panel.text.value
+    assert len(seen) == 4 and repr(panel) == "panel: space: A line"
 
 
 def limits(control):

@@ -1,4 +1,4 @@
-"""Every ipywidgets panel, and clips. A panel is a picture with sliders beside it, drawn by OpenCV, and feeds nothing downstream.
+"""Every ipywidgets panel, and clips. A panel is a picture with sliders beside it, drawn by OpenCV (`space` by matplotlib), and feeds nothing downstream.
 
 A panel answers a slider by drawing its picture anew and writing one line of text. The keyboard works: Tab goes
 to a slider, the arrow keys move it.
@@ -12,8 +12,9 @@ from stereo_lab.widgets.lesson05 import arm_reaches
 from stereo_lab.widgets.lesson06 import registering, stopping
 from stereo_lab.widgets.lesson07 import LiveCell, live_cell
 from stereo_lab.widgets.panel import Panel
+from stereo_lab.widgets.space import space
 
 __all__ = [
     "Clip", "LiveCell", "Panel", "arm_reaches", "ball_against_disparity", "color_thresholds", "depth_samples", 
-    "epipolar_line", "hough_parameters", "live_cell", "registering", "signs_against_squint", "stopping",
+    "epipolar_line", "hough_parameters", "live_cell", "registering", "signs_against_squint", "space", "stopping",
 ]  # fmt: skip
