@@ -3,25 +3,19 @@
 from __future__ import annotations
 
 import inspect
+import re
 import reprlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stereo_lab.exercises.blank import is_blank
-from stereo_lab.exercises.wording import (
-    a_kind,
-    as_numbers,
-    error_in_words,
-    in_plain_words,
-    key_words,
-    kind_of,
-    numbers_in,
-    say,
-)
+from stereo_lab.exercises.mistakes import of_a_function, of_a_number
+from stereo_lab.exercises.reading import OPEN_WORDS, as_numbers, key_words, numbers_in, without_contrast
+from stereo_lab.exercises.wording import a_kind, error_in_words, in_plain_words, kind_of, say
 
 OF_A_MISTAKE = 0.05  # so near to a known mistake is that mistake: else 0 would be taken for metres
 PASS, NOT_YET, NOT_ATTEMPTED = "PASS", "NOT YET", "NOT ATTEMPTED"
@@ -71,6 +65,8 @@ class Number:
     wrong : tuple of Wrong, their answers numbers of the same shape
     praise : str, what a right answer means; after it nothing needs to be added
     also : tuple, other right answers, for the tests
+    of_several : str, what to say to several numbers where one is asked for
+    labels : tuple of tuples of str, for each of several numbers the words that may stand beside it
     """
 
     right: ArrayLike
@@ -79,44 +75,57 @@ class Number:
     wrong: tuple[Wrong, ...] = ()
     praise: str = ""
     also: tuple[Any, ...] = ()
+    of_several: str = ""
+    labels: tuple[tuple[str, ...], ...] = ()
 
     def judge(self, answer: Any) -> Verdict:
         """PASS within the tolerance; else what is wrong, by name where the mistake is known."""
         right = np.asarray(self.right, float)
-        if isinstance(answer, str):
-            answer = numbers_in(answer, right.size) or answer
+        if issubclass(type(answer), str):
+            answer = numbers_in(str(answer), right.size, self.unit, tuple(map(frozenset, self.labels)))
+            if isinstance(answer, str):
+                return Verdict(NOT_YET, answer)
         try:
             value = as_numbers(answer)
         except (TypeError, ValueError, OverflowError):
             return Verdict(NOT_YET, f"expected {kind_of(right)}, this is {a_kind(answer)}.")
-        if value.shape != right.shape and not (value.size == 1 and right.size == 1):
-            one = " Take one of them: [0], [1], …" if right.size == 1 else ""
-            return Verdict(
-                NOT_YET,
-                f"expected {kind_of(right)}, {'this is one' if value.size == 1 else f'these are {value.size}'}.{one}",
-            )
-        value = value.reshape(right.shape)
         if not np.isfinite(value).all():
             return Verdict(NOT_YET, "there is a value that is not a finite number.")
-        if self._same(value, right):
-            return Verdict(PASS, self.praise or f"{say(value)} {self.unit}".strip() + ".")
+        if value.size == right.size:
+            value = value.reshape(right.shape)
+            if self._same(value, right):
+                return Verdict(PASS, self.praise or f"{say(value)} {self.unit}".strip() + ".")
         for mistake in self.wrong:
             if self._same(value, np.asarray(mistake.answer, float), OF_A_MISTAKE):
                 return Verdict(NOT_YET, mistake.message)
-        return Verdict(NOT_YET, self._direction(value, right))
+        return Verdict(
+            NOT_YET, self._told(value, right) if value.size == right.size else self._count(answer, value, right)
+        )
+
+    def _count(self, answer, value, right):
+        """What to say where there are more numbers than are asked for, or fewer."""
+        if right.size == 1 and isinstance(answer, tuple) and value.size == 2 and all(type(a) is int for a in answer):
+            return f"expected a number, these are 2: a comma parts them. Write {answer[0]}.{answer[1]} with a point."
+        many = "this is one" if value.size == 1 else f"these are {value.size}"
+        return f"expected {kind_of(right)}, {many}. {self.of_several}".strip()
 
     def _same(self, value, other, part=float("inf")):
         room = min(self.tolerance, part * np.abs(other).max())
         return value.shape == other.shape and bool(np.all(np.abs(value - other) <= room))
 
-    def _direction(self, value, right):
+    def _told(self, value, right):
+        """How the number stands to the right one; of several the one that is farthest off."""
+        told = f"{say(value)} {self.unit}".rstrip()
         if right.size > 1:
             worst = int(np.argmax(np.abs(value - right)))
+            if np.array_equal(value, right[::-1]):
+                return "the right numbers, in another order."
+            worst_told = f"{say(value[worst])} {self.unit}".rstrip()
             return (
-                f"entry {worst} is {say(value.ravel()[worst])} {self.unit}".rstrip()
-                + ", and that is the one farthest off."
+                f"the {('first', 'second', 'third')[worst]} number is {worst_told}, and that is the one farthest off."
             )
-        return f"{say(value)} {self.unit}".rstrip() + f" is too {'large' if value > right else 'small'}."
+        relation = of_a_number(float(value), float(right), told) if self.tolerance else ""
+        return relation or f"{told} is too {'large' if value > right else 'small'}."
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,12 +137,14 @@ class Choice:
     right : str
     wrong : tuple of Wrong, one for each of the other words
     praise, also : as in :class:`Number`
+    same : tuple of (words, other words), other ways to say a thing
     """
 
     right: str
     wrong: tuple[Wrong, ...]
     praise: str
     also: tuple[Any, ...] = ()
+    same: tuple[tuple[str, str], ...] = ()
 
     @property
     def options(self) -> list[str]:
@@ -159,13 +170,17 @@ class Choice:
         return Verdict(NOT_YET, f"{reprlib.repr(word)} is not among the answers: {listed}.")
 
     def _meant(self, answer):
-        """The one option that has the same words, or all of the answer's, or whose words the answer has; else None."""
-        words, options = key_words(answer), {option: key_words(option) for option in self.options}
-        tests = (words.__eq__, words.__le__, words.__ge__)
-        if words & {"not", "no", "or", "and"} or not words:
-            tests = tests[:1]
-        for test in tests:
-            found = [option for option, its in options.items() if its and test(its)]
+        """The one option that has the same words, or all of the answer's, or whose words the answer has; else None.
+
+        Words that turn a meaning round must stand in the option as well.
+        """
+        told = without_contrast(str.lower(answer))
+        for words, others in self.same:
+            told = re.sub(rf"\b{words}\b", others, told)
+        words, options = key_words(told), {option: key_words(option) for option in self.options}
+        open_words = words & OPEN_WORDS
+        for test in (words.__eq__, words.__le__, words.__ge__):
+            found = [option for option, its in options.items() if words and its and test(its) and open_words <= its]
             if found:
                 return found[0] if len(found) == 1 else None
         return None
@@ -184,6 +199,7 @@ class Function:
     wrong : tuple of Wrong, their answers functions
     praise, also : as in :class:`Number`
     domain : str, what to say where the function stops with a ValueError, as acos does outside −1…1
+    parts : dict, what the numbers in an argument are called, by the argument's name
     """
 
     right: Callable
@@ -195,6 +211,7 @@ class Function:
     also: tuple[Any, ...] = ()
     domain: str = ""
     relative: float = 0.0
+    parts: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     def judge(self, answer: Any) -> Verdict:
         """PASS where the function is right for every input; else the first that is not, or why it stopped."""
@@ -205,7 +222,8 @@ class Function:
         outputs = []
         for arguments in self.inputs:
             try:
-                output = answer(*(np.copy(a) if isinstance(a, np.ndarray) else a for a in arguments))
+                with np.errstate(all="ignore"):  # numpy's warnings would stand beside what is said here
+                    output = answer(*(np.copy(a) if isinstance(a, np.ndarray) else a for a in arguments))
             except KeyboardInterrupt:
                 raise  # the learner stops a function that does not end
             except BaseException as error:  # SystemExit as well: it would end the notebook
@@ -229,17 +247,22 @@ class Function:
                     NOT_YET, "your function gives back a list with one number in it. Give back the number itself."
                 )
             outputs.append(output)
-        return self._compare(outputs)
+        return self._compare(answer, outputs)
 
     def _stopped(self, error):
         if isinstance(error, ValueError) and self.domain:
             return self.domain
-        if isinstance(error, TypeError) and "positional argument" in str(error):
-            names = ", ".join(inspect.signature(self.right).parameters)
-            return (
-                f"your function must take {len(self.inputs[0])}: {names}, in this order. Leave the def line as it was."
-            )
+        inside = getattr(
+            error.__traceback__, "tb_next", None
+        )  # an error of the call itself has no line of the function
+        if isinstance(error, TypeError) and "positional argument" in str(error) and inside is None:
+            return f"your function must take {len(self.inputs[0])}: {', '.join(self._names)}, in this order. Leave the def line as it was."
         return in_plain_words(error)
+
+    @property
+    def _names(self):
+        """Of the arguments."""
+        return list(inspect.signature(self.right).parameters)
 
     def _asked(self):
         """What the function is to give back, in words."""
@@ -248,26 +271,31 @@ class Function:
             return "True or False" if right.ndim == 0 else "True or False for each"
         return "the number itself" if right.size == 1 else f"the {right.size} numbers themselves"
 
-    def _compare(self, outputs):
+    def _compare(self, answer, outputs):
         fits = [self._same(o, self.right(*a)) for o, a in zip(outputs, self.inputs, strict=True)]
         if all(fits):
             return Verdict(PASS, self.praise or f"right for {len(fits)} tries.")
         for mistake in self.wrong:
-            if all(self._same(o, _try(mistake.answer, a)) for o, a in zip(outputs, self.inputs, strict=True)):
+            if all(
+                self._same(o, _try(mistake.answer, a), OF_A_MISTAKE) for o, a in zip(outputs, self.inputs, strict=True)
+            ):
                 return Verdict(NOT_YET, mistake.message)
-        k = fits.index(False)
         known = f"right for {sum(fits)} of {len(fits)} tries, but " if any(fits) else ""
-        given = ", ".join(say(a) for a in self.inputs[k])
+        told = of_a_function(answer, self.right, self.inputs, outputs, self._names, self.parts)
+        return Verdict(NOT_YET, told or known + self._example(fits.index(False), outputs))
+
+    def _example(self, k, outputs):
+        """The first try that is not right."""
+        given = ", ".join(f"{name} = {say(a)}" for name, a in zip(self._names, self.inputs[k], strict=True))
         right = self.right(*self.inputs[k])
         wanted = f"{say(right)} {self.unit}".rstrip()
-        if say(right) == say(outputs[k]):
-            return Verdict(
-                NOT_YET,
-                f"{known}for {given} it gives {wanted} only nearly. Do not round, and look at the type of what you give back.",
-            )
-        return Verdict(NOT_YET, f"{known}for {given} it gives {say(outputs[k])}, and {wanted} is expected.")
+        if say(right) != say(outputs[k]):
+            return f"for {given} it gives {say(outputs[k])}, and {wanted} is expected."
+        if np.shape(right) != np.shape(outputs[k]):
+            return f"for {given} it gives {wanted} in more brackets than are asked for."
+        return f"for {given} it gives {wanted} only nearly. Do not round, and look at the type of what you give back."
 
-    def _same(self, value, right):
+    def _same(self, value, right, part=None):
         truth = np.asarray(right).dtype == bool  # where True or False is asked for, they are the right kind
         try:
             value, right = np.asarray(value, float) if truth else as_numbers(value), np.asarray(right, float)
@@ -276,6 +304,8 @@ class Function:
         if value.shape != right.shape and not (value.size == right.size == 1):
             return False
         room = self.tolerance + self.relative * np.abs(right)
+        if part is not None:
+            room = np.minimum(room, part * np.abs(right).max(initial=0))
         return bool(np.all(np.abs(value.reshape(right.shape) - right) <= room))
 
 
@@ -336,7 +366,8 @@ def _words(line):
 def _try(function, arguments):
     """What a function that makes a known mistake gives; None where it stops."""
     try:
-        return function(*arguments)
+        with np.errstate(all="ignore"):
+            return function(*arguments)
     except (ValueError, ZeroDivisionError):
         return None
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
+from stereo_lab.detection import Detection
 from stereo_lab.exercises.answers import Choice, Function, Number, Wrong
 from stereo_lab.exercises.question import Question, lesson
 from stereo_lab.localization import Localizer
@@ -17,10 +18,10 @@ TRIES = (
 )
 
 
-def questions(recording: Recording) -> tuple[Question, ...]:
-    """Five questions; see :mod:`stereo_lab.exercises`."""
+def questions(recording: Recording, balls: tuple[Detection, Detection] | None = None) -> tuple[Question, ...]:
+    """Five questions; see :mod:`stereo_lab.exercises`. ``balls`` are those of the learner's two pictures, where not of the recording."""
     width, height = recording.image_size
-    left, right = _first_ball(str(recording.path))
+    left, right = balls or _first_ball(str(recording.path))
     jump = left.u - right.u
     return lesson(
         "00",
@@ -34,7 +35,7 @@ def questions(recording: Recording) -> tuple[Question, ...]:
             hints=(
                 "Compare the ball with the edge of each picture.",
                 "The right camera stands to the right of the left one. What does that do to everything it sees?",
-                'Write one of the two words, in quotes: farther_left_in = "____"',
+                'One of the two words, in quotes:\n    farther_left_in = "____"',
             ),
             code='farther_left_in = "right"',
             reason="Move to the right, and everything in front of you moves to the left.",
@@ -46,14 +47,19 @@ def questions(recording: Recording) -> tuple[Question, ...]:
                 width, 0, "px",
                 (
                     Wrong(height, f"{height} is the number of rows, so the height. shape tells rows first, then columns."),
+                    Wrong(width * height, "that is the number of all pixels. Only those side by side in one row are asked for."),
+                    Wrong(3 * width * height, "that is how many numbers the picture has in all. left.shape has three: take one of them."),
+                    Wrong(width - 1, "that is the number of the last column; they are counted from 0. How many are there?"),
+                    Wrong(1, "that is the place of a number; the number that stands there is asked for: left.shape[…]."),
                     Wrong(3, "3 is the number of colour values of a pixel: blue, green and red. The width comes before it."),
                 ),
                 f"{width} columns of pixels, numbered 0 to {width - 1}.",
+                of_several="Take one of them: left.shape[0], left.shape[1] or left.shape[2].",
             ),
             hints=(
                 "Look at the three numbers that left.shape gives.",
                 "They are rows, columns, colours. The width is the number of columns.",
-                "width = left.shape[____]",
+                "width = ____   # left.shape[0], left.shape[1] or left.shape[2]",
             ),
             code="width = left.shape[1]",
             reason="An image is an array of rows; a row is as long as the picture is wide.",
@@ -67,8 +73,15 @@ def questions(recording: Recording) -> tuple[Question, ...]:
                     Wrong(-jump, "your jump is below zero: you took the right picture first. Write left minus right."),
                     Wrong(left.v - right.v, "that is the jump in v, up and down. The cameras stand side by side: take u."),
                     Wrong(left.u, "that is u in the left picture alone. Take the other one away from it."),
+                    Wrong(right.u, "that is u in the right picture alone. Take it away from the other one."),
+                    Wrong(left.u + right.u, "you added the two. How far apart are they?"),
+                    Wrong((left.u + right.u) / 2, "that is the middle between the two. How far apart are they?"),
+                    Wrong(left.u / right.u, "you divided. How many pixels lie between the two?"),
+                    Wrong(left.radius_px, "that is the ball's radius in the picture. The jump is how far its centre moves."),
+                    Wrong(left.radius_px - right.radius_px, "those are the radii. The jump is how far the centre moves: take u."),
                 ),
                 f"{jump:.0f} px, and nothing else tells the cameras how far away the ball is.",
+                of_several="One number: how far apart are the two?",
             ),
             hints=(
                 "Each detection has u, the distance from the left edge in pixels.",
@@ -88,14 +101,15 @@ def questions(recording: Recording) -> tuple[Question, ...]:
                     Wrong("stays", "then two cameras could not measure depth at all. Try it with a finger."),
                 ),
                 "near things jump far. Lesson 04 turns that into millimetres.",
+                also=("larger", "bigger", "increases", "gets larger", "gets bigger", "it gets larger", "it gets bigger", "it increases", "becomes larger", "more"),
             ),
             hints=(
                 "You carry two cameras with you: your eyes.",
                 "Close one eye, then the other, with a finger near your nose and at arm's length.",
-                'nearer_means = "____"   (grows, shrinks or stays)',
+                'nearer_means = "____"   # grows, shrinks or stays',
             ),
             code='nearer_means = "grows"',
-            reason="The jump is the baseline seen from the ball: near by, it is a wide angle.",
+            reason="Seen from the ball, the two cameras stand under a wide angle when it is near, and under a narrow one when it is far.",
             reference="grows",
         ),
         dict(
@@ -104,6 +118,12 @@ def questions(recording: Recording) -> tuple[Question, ...]:
                 distance_mm, TRIES, 0.01, "mm",
                 (
                     Wrong(lambda a, b: sum(s * s for s in _steps(a, b)) / 2, "**1/2 is first **1 and then half of it. A root is **0.5 or **(1/2)."),
+                    Wrong(lambda a, b: math.hypot(a.x_mm + b.x_mm, a.y_mm + b.y_mm, a.depth_mm + b.depth_mm), "a step is what one has less than the other: minus, not plus."),
+                    Wrong(lambda a, b: a.x_mm - b.x_mm + a.y_mm - b.y_mm + a.depth_mm - b.depth_mm, "you add the three steps, and those below zero eat up the others. The straight way: Pythagoras."),
+                    Wrong(lambda a, b: _length(a) - _length(b), "those are the distances of the two places from (0, 0, 0). Take the three steps first, then the root."),
+                    Wrong(lambda a, b: abs(_length(a) - _length(b)), "those are the distances of the two places from (0, 0, 0). Take the three steps first, then the root."),
+                    Wrong(lambda a, b: math.hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm, a.depth_mm), "the third step is a depth less the other depth."),
+                    Wrong(lambda a, b: sum(_steps(a, b)) / 3, "that is the mean of the three steps. The straight way: Pythagoras."),
                     Wrong(lambda a, b: max(_steps(a, b)), "that is the longest of the three steps; the others count as well."),
                     Wrong(lambda a, b: math.hypot(*_steps(a, b)) / 1000, "that is in metres."),
                     Wrong(lambda a, b: sum(_steps(a, b)), "you add the three steps. The straight way is shorter: Pythagoras."),
@@ -137,6 +157,10 @@ def questions(recording: Recording) -> tuple[Question, ...]:
 def distance_mm(a: Position, b: Position) -> float:
     """Distance between two Positions, mm."""
     return math.hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm, a.depth_mm - b.depth_mm)
+
+
+def _length(a):
+    return math.hypot(a.x_mm, a.y_mm, a.depth_mm)
 
 
 def _steps(a, b):

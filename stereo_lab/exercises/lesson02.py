@@ -11,7 +11,7 @@ from stereo_lab.recording import Recording
 
 PIXEL_BGR = (30, 40, 200)
 HUES = np.array([0, 2, 6, 7, 8, 30, 90, 120, 171, 172, 173, 175, 178, 179], np.uint8)
-CENTERS = ((10.0, 10.0, 13.0, 14.0), (100.0, 50.0, 100.0, 50.5))
+CENTERS = ((10.0, 10.0, 13.0, 14.0), (100.0, 50.0, 100.0, 50.5), (20.0, 30.0, 26.0, 28.5))
 
 
 def questions(recording: Recording) -> tuple[Question, ...]:
@@ -27,13 +27,17 @@ def _order():
             (
                 Wrong(PIXEL_BGR[0], "that is its blue: OpenCV's order is blue, green, red."),
                 Wrong(PIXEL_BGR[1], "that is its green, in the middle."),
+                Wrong(2, "that is the place of red in the row; the number that stands there is asked for: pixel[…]."),
+                Wrong(sum(PIXEL_BGR), "that is all three added. Red alone is asked for."),
+                Wrong(PIXEL_BGR[2] / 255, "that is its share of the most there can be. Take the number as it stands there."),
             ),
             "blue, green, red: red comes last.",
+            of_several="Take one of them: pixel[0], pixel[1] or pixel[2].",
         ),
         hints=(
             "The three numbers are colours in a certain order.",
             "OpenCV counts B, G, R, the other way round than most.",
-            "red = pixel[____]",
+            "red = ____   # pixel[0], pixel[1] or pixel[2]",
         ),
         code="red = pixel[2]",
         reason="OpenCV keeps pictures as blue, green, red.",
@@ -45,9 +49,11 @@ def _wrap():
     return dict(
         asks="Write a function that is True where a hue is red: at most 7, or at least 172.",
         answer=Function(
-            is_red, ((HUES,),), 0, "",
+            is_red, ((HUES,), (HUES[3:11],)), 0, "",
             (
                 Wrong(lambda h: (h <= 7) & (h >= 172), "no hue is below 7 and above 172 at once: the two ends belong together by or, |."),
+                Wrong(lambda h: (h <= 7, h >= 172), "a comma makes two answers. Join the two conditions by or: |."),
+                Wrong(lambda h: (h > 7) & (h < 172), "this is everything that is not red. Turn both signs round, and & into |."),
                 Wrong(lambda h: (h < 7) | (h >= 172), "at most 7 takes 7 as well: <=."),
                 Wrong(lambda h: (h <= 7) | (h > 172), "at least 172 takes 172 as well: >=."),
                 Wrong(lambda h: (h < 7) | (h > 172), "at most 7 takes 7 as well, and at least 172 takes 172: <= and >=."),
@@ -56,7 +62,7 @@ def _wrap():
                 Wrong(lambda h: 255 * is_red(h), "these are 255 and 0. True and False are asked for: the comparison itself gives them."),
                 Wrong(lambda h: bool(is_red(h).any()), "this is one answer for all hues together. Give one for each."),
                 Wrong(lambda h: h <= 7, "half of red is missing: the hue wraps round, and 175 is red as well."),
-                Wrong(lambda h: h >= 172, "half of red is missing: hues from 0 to 7 are red as well."),
+                Wrong(lambda h: h >= 172, "half of red is missing: hues from 0 to 7 are red as well. If you wrote them, put each of the two comparisons in brackets of its own."),
                 Wrong(lambda h: (h >= 7) & (h <= 172), "this is everything that is not red. Turn both signs round."),
             ),
             "red sits at both ends of the circle of hues.",
@@ -83,14 +89,17 @@ def _lightness():
                 Wrong(saturation, "that is its saturation. Other programs write HSL; OpenCV's order is H, L, S."),
                 Wrong(hue, "that is its hue: the tint, 0 to 179."),
                 Wrong(1, "that is the place in the row; the number that stands there is asked for: hls_pixel[…]."),
+                Wrong(PIXEL_BGR[2], "that is its red. The numbers of the same pixel in HLS are in hls_pixel."),
+                Wrong(lightness / 255, "that is its share of the most there can be. Take the number as it stands there."),
                 Wrong(PIXEL_BGR[1], "that is its green. The numbers of the same pixel in HLS are in hls_pixel."),
             ),
             "H, L, S: lightness stands in the middle.",
+            of_several="Take one of them: hls_pixel[0], hls_pixel[1] or hls_pixel[2].",
         ),
         hints=(
             "The letters of HLS are in the order of the numbers.",
             "Hue, lightness, saturation.",
-            "lightness = hls_pixel[____]",
+            "lightness = ____   # hls_pixel[0], hls_pixel[1] or hls_pixel[2]",
         ),
         code="lightness = hls_pixel[1]",
         reason="cv2.COLOR_BGR2HLS gives hue, lightness, saturation, in this order.",
@@ -111,6 +120,16 @@ def _votes():
                 Wrong(lambda u, v, du, dv, r: (u + r * dv, v + r * du), "du and dv have changed places."),
                 Wrong(lambda u, v, du, dv, r: (u + r * du, v - r * dv), "one sign is turned: both steps are added."),
                 Wrong(lambda u, v, du, dv, r: u + r * du, "that is u alone. Two numbers, with a comma between them."),
+                Wrong(lambda u, v, du, dv, r: (u - r * du, v + r * dv), "one sign is turned: both steps are added."),
+                Wrong(lambda u, v, du, dv, r: (u + r * du, u + r * dv), "the second number starts at v: you copied the first."),
+                Wrong(lambda u, v, du, dv, r: (u + r * du, v + r * du), "the second step goes along dv: you copied the first."),
+                Wrong(lambda u, v, du, dv, r: (u + r * du, v + dv), "r is missing in the second step."),
+                Wrong(lambda u, v, du, dv, r: (u + du, v + r * dv), "r is missing in the first step."),
+                Wrong(lambda u, v, du, dv, r: ((u + du) * r, (v + dv) * r), "only the direction is taken r times: no brackets round the sum."),
+                Wrong(lambda u, v, du, dv, r: (u + du / r, v + dv / r), "the farther the centre, the longer the step: times r."),
+                Wrong(lambda u, v, du, dv, r: (u + 2 * r * du, v + 2 * r * dv), "that is a whole diameter: the other side of the ball. One radius."),
+                Wrong(lambda u, v, du, dv, r: (u, v), "that is the edge pixel itself. The centre lies one radius farther in."),
+                Wrong(lambda u, v, du, dv, r: v + r * dv, "that is v alone. Two numbers, with a comma between them."),
                 Wrong(lambda u, v, du, dv, r: (u + du, v + dv), "one pixel is not enough: go one radius."),
                 Wrong(lambda u, v, du, dv, r: (v + r * dv, u + r * du), "u and v have changed places."),
             ),
@@ -135,9 +154,19 @@ def _peak():
             (
                 Wrong("a point", "that happens for the right radius alone: all votes meet in the centre."),
                 Wrong("nothing", "every edge pixel votes, whatever the radius. Where do the votes fall?"),
+                Wrong("a disc", "every vote ends at the same distance from the centre. Where is it empty?"),
                 Wrong("a line", "the votes come from all round the circle. They end equally far from its centre."),
             ),
             "all votes stop short of the centre, equally far from it.",
+            also=(
+                "a circle",
+                "circle",
+                "a small circle",
+                "rings",
+                "a small ring",
+                "a smaller ring",
+                "a smaller circle",
+            ),
         ),
         hints=(
             "Each vote goes inwards by one radius.",
@@ -158,6 +187,11 @@ def _rate():
             success_percent, tries, 0.05, "%",
             (
                 Wrong(lambda hits, frames: hits / frames, "that is a share between 0 and 1. In percent it is a hundred times as much."),
+                Wrong(lambda hits, frames: 100 * (hits // frames), "// throws the decimals away, and hits // frames is 0. Divide by a single /."),
+                Wrong(lambda hits, frames: hits * frames / 100, "divide by frames; the hundred multiplies."),
+                Wrong(lambda hits, frames: frames - hits, "that is the number of misses. How many of a hundred are hits?"),
+                Wrong(lambda hits, frames: frames / hits, "upside down: hits belong above the line. And times a hundred."),
+                Wrong(lambda hits, frames: (frames - hits) / frames, "that is the share of misses."),
                 Wrong(lambda hits, frames: 100 * frames / hits, "this is above 100: hits belong above the line."),
                 Wrong(lambda hits, frames: 100 * (frames - hits) / frames, "that is the rate of misses."),
             ),
@@ -179,6 +213,12 @@ def _error():
                 Wrong(lambda u, v, a, b: abs(u - a) + abs(v - b), "you added the two steps. The straight way is shorter: Pythagoras."),
                 Wrong(lambda u, v, a, b: (u - a) ** 2 + (v - b) ** 2, "the square root is missing."),
                 Wrong(lambda u, v, a, b: ((u - a) ** 2 + (v - b) ** 2) / 2, "**1/2 is first **1 and then half of it. A root is **0.5 or **(1/2)."),
+                Wrong(lambda u, v, a, b: max(abs(u - a), abs(v - b)), "that is the longer of the two steps; the other one counts as well."),
+                Wrong(lambda u, v, a, b: (abs(u - a) + abs(v - b)) / 2, "that is the mean of the two steps. The straight way: Pythagoras."),
+                Wrong(lambda u, v, a, b: u - a + v - b, "you added the two steps, signs and all. The straight way: Pythagoras."),
+                Wrong(lambda u, v, a, b: np.hypot(u, v) - np.hypot(a, b), "those are the distances of both from the picture's corner. Take the two steps first."),
+                Wrong(lambda u, v, a, b: abs(u - a), "that is the step along u alone."),
+                Wrong(lambda u, v, a, b: abs(v - b), "that is the step along v alone."),
                 Wrong(lambda u, v, a, b: np.hypot(u - v, a - b), "the steps go from u to a and from v to b."),
                 Wrong(lambda u, v, a, b: np.hypot(u - b, v - a), "a belongs to u, and b to v."),
                 Wrong(lambda u, v, a, b: np.hypot(u + a, v + b), "a step is what one coordinate has less than the other: minus."),

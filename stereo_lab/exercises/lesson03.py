@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -40,11 +41,15 @@ def _sign():
                 Wrong("zero", "then y would be the same wherever the ball stands in the picture."),
             ),
             "v grows downwards in a picture, y grows upwards on the bench.",
+            same=(
+                ("(less|smaller|lower) than zero", "below"), ("under zero|negative|minus", "below"), ("below zero", "below"),
+                ("(more|larger|greater|higher) than zero", "above"), ("over zero|positive|plus", "above"), ("above zero", "above"),
+            ),
         ),
         hints=(
             "Where is row 0 of a picture?",
             "The ball goes up: what does v do, and what does y do?",
-            'slope_is = "____"   (above, below or zero)',
+            'slope_is = "____"   # above, below or zero',
         ),
         code='slope_is = "below"',
         reason="v counts rows from the top, y counts millimetres from the bench upwards: they run against each other.",
@@ -62,9 +67,19 @@ def _slope(v0, y0, v1, y1):
                 Wrong(y1 - y0 / v1 - v0, "brackets are missing: Python divides before it takes away. (… - …) / (… - …)"),
                 Wrong((y1 - y0) / v1 - v0, "brackets are missing below the line: / (v1 - v0)."),
                 Wrong(y1 - y0 / (v1 - v0), "brackets are missing above the line: (y1 - y0) / …"),
-                Wrong(-right, "the sign is turned: take the same order above and below the line."),
+                Wrong(-right, "the sign is turned: one row down is less y, so the slope is below zero. Take the same order above and below the line, and no abs."),
                 Wrong(1 / right, "that is px per mm. Millimetres belong above the line, pixels below."),
                 Wrong(y1 - y0, "that is the step in y alone. Divide it by the step in v."),
+                Wrong(v1 - v0, "that is the step in v alone. It belongs below the line, the step in y above it."),
+                Wrong(y1 / v1, "that is one sample alone, as a line through (0, 0). Take the steps from one to the other."),
+                Wrong(y0 / v0, "that is one sample alone, as a line through (0, 0). Take the steps from one to the other."),
+                Wrong((y0 / v0 + y1 / v1) / 2, "those are two lines through (0, 0). Take the steps from one sample to the other."),
+                Wrong((y1 + y0) / (v1 + v0), "you added. A step is what one has less than the other: minus."),
+                Wrong((y1 - v1) / (y0 - v0), "y with y, v with v: the step in y above the line, the step in v below it."),
+                Wrong((y1 - y0) // (v1 - v0), "// throws the decimals away. Divide by a single /."),
+                Wrong(math.atan2(y1 - y0, v1 - v0), "that is an angle. The slope is the one step over the other."),
+                Wrong(math.atan((y1 - y0) / (v1 - v0)), "that is an angle. The slope is the one step over the other."),
+                Wrong(math.degrees(math.atan((y1 - y0) / (v1 - v0))), "that is an angle. The slope is the one step over the other."),
             ),
             f"one row down is {-right:.1f} mm down on the bench.",
         ),
@@ -93,6 +108,16 @@ def _least_squares():
                     lambda p, q: (p * q).sum() / (p * p).sum(),
                     "this line is forced through the point (0, 0). Take the means away first.",
                 ),
+                Wrong(_products, "add them up: the fraction has a sum above the line and one below."),
+                Wrong(lambda p, q: _products(p, q) / ((p - p.mean()) ** 2).sum(), "above the line a .sum() is missing."),
+                Wrong(lambda p, q: _products(p, q) / (p - p.mean()) ** 2, "two times .sum() is missing, above the line and below."),
+                Wrong(lambda p, q: _products(p, q).sum(), "that is what stands above the line. Divide it by the sum of the squared pixel steps."),
+                Wrong(lambda p, q: ((p - p.mean()) ** 2).sum() / _products(p, q).sum(), "upside down: the pixels alone, squared, belong below the line."),
+                Wrong(lambda p, q: _products(p, q).mean() / ((p - p.mean()) ** 2).sum(), "a mean above the line and a sum below it: take the same both times."),
+                Wrong(lambda p, q: np.polyfit(p, q, 1), "np.polyfit gives two numbers, slope and offset. The slope is [0]."),
+                Wrong(lambda p, q: np.polyfit(p, q, 1)[1], "that is the offset, where the line meets pixel 0. The slope is [0]."),
+                Wrong(lambda p, q: np.cov(p, q)[0, 1] / p.var(), "np.cov divides by one less than there are, .var() by all. Take sums both times."),
+                Wrong(lambda p, q: (q / p).mean(), "that is a mean of lines through (0, 0). Take the means away first."),
                 Wrong(
                     lambda p, q: ((p - p.mean()) * (q - q.mean())).sum() / ((q - q.mean()) ** 2).sum(),
                     "the pixels belong below the line, squared: you divided by the millimetres.",
@@ -104,7 +129,7 @@ def _least_squares():
         hints=(
             "Take the mean away from the pixels, and from the millimetres.",
             "Sum of (pixel step times millimetre step), over the sum of squared pixel steps.",
-            "return (dp * dq).sum() / (____).sum()",
+            "dp, dq = pixels - pixels.mean(), lengths_mm - lengths_mm.mean()\n    return (dp * dq).sum() / (____).sum()",
         ),
         code=(
             "def line_slope(pixels, lengths_mm):\n"
@@ -112,7 +137,7 @@ def _least_squares():
             "    dq = lengths_mm - lengths_mm.mean()\n"
             "    return (dp * dq).sum() / (dp * dp).sum()"
         ),
-        reason="Set the derivative of the summed squares to zero, and this is what is left.",
+        reason="Any other slope makes the sum of the squared misses larger. Try it: a little more, a little less.",
         reference=line_slope,
     )  # fmt: skip
 
@@ -125,6 +150,7 @@ def _twice_as_far():
             (
                 Wrong(0.5, "the other way round: the rays spread. Far away, one pixel covers more millimetres."),
                 Wrong(1.0, "Eq. 2 says so, because it knows nothing of depth. Look along one ray: where is it at twice the depth?"),
+                Wrong(0.25, "the other way round, and not squared: a length grows with the distance itself."),
                 Wrong(4.0, "areas grow with the square of the distance; a length grows with the distance itself."),
             ),
             "measured from the point the camera looks at: twice as far, twice as wide.",
@@ -132,7 +158,7 @@ def _twice_as_far():
         hints=(
             "One pixel is one ray. Follow it away from the camera.",
             "x = (u − c)·Z/f: what does twice Z do?",
-            "times = ____   (x is proportional to Z)",
+            "times = ____   # x is proportional to Z",
         ),
         code="times = 2",
         reason="A ray goes straight on: at twice the depth it is twice as far to the side.",
@@ -148,6 +174,11 @@ def _perspective(tries):
             (
                 Wrong(lambda u, z, f, c: u - c * z / f, "brackets are missing: (u - center_px) first."),
                 Wrong(lambda u, z, f, c: u * z / f - c, "the centre is in pixels: take it from u, before the rest."),
+                Wrong(lambda u, z, f, c: u * f / z + c, "that is the other way, from mm to pixels (lesson 01). Turn it round: c away first, then times Z, over f."),
+                Wrong(lambda u, z, f, c: (u + c) * z / f, "take the centre away from u: minus."),
+                Wrong(lambda u, z, f, c: f / ((u - c) * z), "upside down."),
+                Wrong(lambda u, z, f, c: (u * z - c) / f, "brackets: (u - center_px) first, then times Z."),
+                Wrong(lambda u, z, f, c: (u - c) * z / f + c, "the centre is in pixels, your result in mm: it was taken away once, that is all."),
                 Wrong(lambda u, z, f, c: (u - c) * z, "divide by the focal length: pixels over pixels is a slope."),
                 Wrong(lambda u, z, f, c: (u - c) * z * f, "the focal length belongs below the line."),
                 Wrong(lambda u, z, f, c: f * (u - c) / z + c, "that is the other way, from mm to pixels (lesson 01)."),
@@ -178,19 +209,28 @@ def _finer_pixels(slope):
             (
                 Wrong(2 * slope, "then a pixel would cover more of the bench. There are more of them now, side by side on the same width."),
                 Wrong(slope, "then twice as many pixels would cover twice the width. But the camera sees what it saw before."),
-                Wrong(slope / 4, "only along the rows are there twice as many; the slope of Eq. 2 knows nothing of the columns' height."),
+                Wrong(slope / 4, "there are twice as many columns, not twice as many rows: half once, not twice."),
+                Wrong(0.5, "that is how much of the slope is left. The slope itself is asked for, in mm per px."),
+                Wrong(2.0, "by 2, but which way? And the slope itself is asked for, in mm per px."),
+                Wrong(1 / slope, "that is px per mm. How many mm does one of the finer pixels cover?"),
+                Wrong(slope**2, "a square has no place here. How many mm does one of the finer pixels cover?"),
+                Wrong(4 * slope, "then a pixel would cover more of the bench. There are more of them now, side by side on the same width."),
             ),
             "the same millimetres, shared by twice as many pixels.",
         ),
         hints=(
             "How many millimetres of the bench does one pixel cover now? And how many if there are twice as many of them?",
             "The width that the camera sees stays; the number of pixels on it doubles.",
-            "slope_there = x_line.slope_mm_per_px ____",
+            "slope_there = x_line.slope_mm_per_px * ____",
         ),
         code="slope_there = x_line.slope_mm_per_px / 2",
         reason="The slope is millimetres per pixel. More pixels on the same millimetres: fewer millimetres for each.",
         reference=slope / 2,
     )  # fmt: skip
+
+
+def _products(pixels, lengths_mm):
+    return (pixels - pixels.mean()) * (lengths_mm - lengths_mm.mean())
 
 
 def line_slope(pixels: np.ndarray, lengths_mm: np.ndarray) -> float:

@@ -1,29 +1,40 @@
-"""Answers of any kind in words, and as numbers: what is said of them never fails, whatever they are."""
+"""Answers of any kind in words: what is said of them never fails, whatever they are."""
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 import numpy as np
 
-NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?")
-NAMES = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
-IN_WORDS = {name: str(k) for k, name in enumerate(NAMES)} | {"once": "1", "twice": "2"}
-SMALL_WORDS = frozenset(("a", "an", "the", "it", "its", "in", "on", "of", "is", "to"))
 # What Python and numpy say of common slips, and the same for people
 SAID = (
-    ("truth value of an array", "or, and, not and if take one value, and here is a whole array: write | and & and ~, each side in brackets of its own."),
+    ("truth value of an array", "one True or False is wanted here, and there is a whole array: write | and & and ~ for or, and, not, and part a <= b <= c in two."),
     ("Python scalars", "math takes one number, and here is a whole array: take the function of that name from np."),
     ("name 'math' is not defined", "nobody told Python of math yet: write import math above your function."),
     ("name 'np' is not defined", "nobody told Python of np yet: write import numpy as np above your function."),
+    ("'tuple' object is not callable", "what stands in a list or a pair is taken with square brackets: [0], not (0)."),
+    ("'numpy.ndarray' object is not callable", "what stands in a list or an array is taken with square brackets: [0], not (0)."),
     ("object is not callable", "before a bracket a * is missing: Python takes a(b) for a call of a."),
     ("for ^", "a power is written ** in Python."),
+    ("bitwise_xor", "a power is written ** in Python."),
     ("'builtin_function_or_method'", "a function is named and not called: put () after it."),
     ("'Position' and 'Position'", "places cannot be subtracted as a whole: take the numbers in them, as a.x_mm - b.x_mm."),
-    ("'Position' object is not", "a place is no list: take the numbers in it, as a.x_mm."),
     ("'Position' object has no attribute", "a place has x_mm, y_mm and depth_mm."),
+    ("'Position' object is not", "a place is no list: take the numbers in it, as a.x_mm."),
+    ("not Position", "a place is no number: take the numbers in it, as a.x_mm."),
+    ("math domain error", "a root of a number below zero, or acos of one beyond 1: look at signs and brackets. A power is **, not ^."),
+    ("maximum recursion depth", "your function calls itself, again and again. Work with the names in its brackets."),
+    ("object is not subscriptable", "this is one number already: nothing in [ ] behind it."),
+    ("index out of range", "Python counts from 0: the first one is [0]."),
+    ("out of bounds", "Python counts from 0: the first one is [0]."),
+    ("has no len()", "this is one number already: take it as it is."),
+    ("object is not iterable", "this is one number already: take it as it is."),
+    ("'float' object has no attribute", "this is one number. Use the names in the brackets of the def line."),
+    ("return arrays must be", "np.hypot takes two numbers. math.hypot takes as many as there are."),
+    ("boolean subtract", "True and False are not subtracted: join them by | or &."),
+    ("not supported between instances of 'tuple'", "a comma makes a pair of two things. Join them by | or &."),
     ("'tuple'", "a pair of numbers stands where one is meant: take one with [0] or [1]."),
+    ("not tuple", "a pair of numbers stands where one is meant: take one with [0] or [1]."),
 )  # fmt: skip
 
 
@@ -40,49 +51,12 @@ def in_plain_words(error: BaseException) -> str:
     )
 
 
-def numbers_in(text: str, count: int) -> list[float] | None:
-    """The numbers in a text, with their units, in words, with a decimal comma; None where there are not as many.
-
-    Parameters
-    ----------
-    text : str
-    count : int
-    """
-    words = " ".join(IN_WORDS.get(word, word) for word in text.lower().replace("−", "-").strip(" .").split())
-    for parts in (words, re.sub(r"(?<=\d),(?=\d)", ".", words)):
-        found = NUMBER.findall(parts)
-        if len(found) == count:
-            return [float(number) for number in found]
-    return None
-
-
-def key_words(text: str) -> frozenset[str]:
-    """The words of a short answer that matter: in small letters, without quotes, full stops and small words."""
-    return frozenset(re.findall(r"[^\W_]+", text.lower())) - SMALL_WORDS
-
-
 def error_in_words(error: BaseException) -> str:
     """The kind and the text of an error of the learner's; the text may itself fail."""
     try:
         return f"{type(error).__name__}: {error}"
     except Exception:
         return type(error).__name__
-
-
-def as_numbers(answer: Any) -> np.ndarray:
-    """The answer as an array of floats.
-
-    Raises
-    ------
-    TypeError
-        For True and False, which Python counts as 1 and 0, and for complex numbers.
-    """
-    parts = answer if isinstance(answer, np.ndarray) else np.asarray(answer, object).ravel()
-    if parts.dtype.kind in "bc" or (
-        parts.dtype == object and any(isinstance(part, (bool, np.bool_, complex)) for part in parts.ravel())
-    ):
-        raise TypeError("no plain number")
-    return np.asarray(answer, float)
 
 
 def kind_of(right: np.ndarray) -> str:
@@ -99,7 +73,18 @@ def a_kind(answer: Any) -> str:
         float: "a number",
         complex: "the root of a number below zero",
     }
+    if (
+        callable(answer)
+        and type(answer).__module__.partition(".")[0] in ("builtins", "numpy")
+        and not isinstance(answer, type)
+    ):
+        return "a function that was not called: put () behind it, with what it is to work on"
     return kinds.get(type(answer)) or f"a {type(answer).__name__}"
+
+
+def figures(number: float) -> str:
+    """A number with four figures, and large ones in thousands."""
+    return f"{number:,.0f}" if 1e4 <= abs(number) < 1e12 else f"{number:.4g}"
 
 
 def say(value: Any) -> str:
@@ -115,5 +100,5 @@ def say(value: Any) -> str:
     except (TypeError, ValueError, OverflowError):
         return a_kind(value)
     if array.size == 1:
-        return f"{float(array.ravel()[0]):.4g}"
-    return "(" + ", ".join(f"{v:.4g}" for v in array.ravel()) + ")" if array.size <= 4 else f"an array {array.shape}"
+        return figures(float(array.ravel()[0]))
+    return "(" + ", ".join(figures(v) for v in array.ravel()) + ")" if array.size <= 4 else f"an array {array.shape}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -57,14 +58,12 @@ def camera_at(
     return Thing(name, [lens, a, b, lens, c, d, lens, a, d, c, b], color)
 
 
-def space(
-    things: Sequence[Thing], title: str, ax: plt.Axes | None = None, turned_deg: float = -60, raised_deg: float = 20
-) -> plt.Axes:
+def space(things: Sequence[Thing], title: str, ax: Any = None, turned_deg: float = -60, raised_deg: float = 20) -> Any:
     """Things in space, each axis to the same scale.
 
     Parameters
     ----------
-    ax : an axis in space
+    ax : Axes3D
     turned_deg, raised_deg : from where one looks: round the upright axis, from -90 behind the cameras, and how far from above
     """
     ax = ax or plt.gca()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, cast
 
 import cv2
 import numpy as np
@@ -12,6 +13,7 @@ from stereo_lab.calibration import StereoCalibration
 from stereo_lab.depth import IdealDepth, OffsetDepth, PaperDepth
 from stereo_lab.detection import BallColor, BallDetector
 from stereo_lab.localization import Localizer
+from stereo_lab.localization.paper import PaperWay
 from stereo_lab.position import RigidFit
 from stereo_lab.recording import Recording, Sample
 
@@ -100,10 +102,9 @@ def fair_chances(recording: Recording, ours: Localizer, paper: Localizer) -> lis
     """
     scenes = _Scenes(recording, ours)
     pictures = [im for s in scenes.samples for im in ours.calibration.rectify(s.pair.left, s.pair.right)]
-    learned = replace(
-        paper, way=replace(paper.way, detector=BallDetector(BallColor.learned(pictures, recording.ball.color), "paper"))
-    )
-    changes = {
+    color = BallColor.learned(pictures, recording.ball.color)
+    learned = replace(paper, way=replace(cast(PaperWay, paper.way), detector=BallDetector(color, "paper")))
+    changes: dict[str, dict[str, Any]] = {
         "as it stands": {},
         "colour bounds learned from its samples": {"way": learned},
         "the mask's middle for the circle's": {"find": _middle_of_mask},

@@ -1,0 +1,155 @@
+"""What a learner's answer says: numbers and words out of whatever was typed."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+
+NUMBER = re.compile(r"(?<![\d.])[-+]?\d+(?:\.\d+)?")
+NAMES = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
+IN_WORDS = {name: str(k) for k, name in enumerate(NAMES)} | {
+    "once": "1", "twice": "2", "double": "2", "doubles": "2", "doubled": "2", "half": "0.5",
+}  # fmt: skip
+# Words that turn round what stands beside them, or leave it open: then only the plain answer counts
+OPEN_WORDS = frozenset(
+    [
+        "not",
+        "no",
+        "nor",
+        "neither",
+        "never",
+        "cannot",
+        "can",
+        "isn",
+        "wasn",
+        "aren",
+        "don",
+        "doesn",
+        "didn",
+        "won",
+        "hardly",
+        "barely",
+        "without",
+        "or",
+        "and",
+        "wrong",
+        "false",
+        "useless",
+        "opposite",
+        "instead",
+        "only",
+        "less",
+        "more",
+        "smaller",
+        "larger",
+        "bigger",
+        "farther",
+        "further",
+        "under",
+        "over",
+        "above",
+        "below",
+        "almost",
+        "half",
+        "filled",
+    ]
+)
+NO_NUMBERS = OPEN_WORDS - {"above", "below", "half"} | {"hundred", "thousand", "million", "dozen", "small"}
+CODE = re.compile(r"\s*[a-z_]\w*\s*(\.\s*[a-z_]|\[|\(|[-+*/]\s*[\w(])", re.IGNORECASE)
+# What a unit measures, and how many of the kit's unit it is
+UNITS = {
+    **dict.fromkeys(("mm", "millimetre", "millimetres", "millimeter", "millimeters"), ("mm", 1)),
+    **dict.fromkeys(("cm", "centimetre", "centimetres", "centimeter", "centimeters"), ("mm", 10)),
+    "dm": ("mm", 100), **dict.fromkeys(("m", "metre", "metres", "meter", "meters"), ("mm", 1000)),
+    **dict.fromkeys(("px", "pixel", "pixels"), ("px", 1)), **dict.fromkeys(("%", "percent"), ("%", 1)),
+    **dict.fromkeys(("ms", "millisecond", "milliseconds"), ("ms", 1)), **dict.fromkeys(("s", "second", "seconds"), ("ms", 1000)),
+    **dict.fromkeys(("°", "deg", "degree", "degrees"), ("degrees", 1)), **dict.fromkeys(("rad", "radian", "radians"), ("degrees", 180 / np.pi)),
+    **dict.fromkeys(("v", "volt", "volts"), ("V", 1)),
+}  # fmt: skip
+SMALL_WORDS = frozenset(("a", "an", "the", "it", "its", "in", "on", "of", "is", "to"))
+
+
+def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[str], ...] = ()) -> list[float] | str:
+    """The numbers in a text, with their units, in words, with a decimal comma; or a sentence on why there are none.
+
+    Parameters
+    ----------
+    text : str
+    count : int, of numbers that are asked for
+    unit : str, that is asked for; another one of the same kind is converted
+    labels : for each number the words that may stand beside it, where their order is not to matter
+    """
+    if CODE.match(text):
+        return "this is Python in quotes. Take the quotes away, and Python works it out."
+    asked = "a number" if count == 1 else f"{count} numbers"
+    plain = text.lower().replace("−", "-").rpartition("=")[2].strip(" .")
+    if unit == "of 255":
+        plain = re.sub(r"(out\s+of|of|/)\s*255$", "", plain).strip()
+    words = [IN_WORDS.get(word, word) for word in plain.split()]
+    if NO_NUMBERS & set(re.findall(r"[a-z]+", " ".join(words))):
+        return f"expected {asked}, this is a text. Write {'the number' if count == 1 else 'them'} alone, in figures."
+    for parts in (" ".join(words), re.sub(r"(?<=\d),(?=\d)", ".", " ".join(words))):
+        found = NUMBER.findall(parts)
+        if len(found) == count:
+            numbers = [float(number) for number in found]
+            return _converted(numbers[0], parts, unit) if count == 1 else _in_order(numbers, parts, labels)
+    return f"expected {asked}, this is a text. Write {'the number' if count == 1 else 'them'} alone, in figures."
+
+
+def _converted(number, text, unit):
+    """The one number in the unit that is asked for."""
+    told = re.sub(r"\s*/\s*", " per ", NUMBER.sub("", text)).strip()
+    if " per " in told or " per " in unit:
+        if " per " in told and " per " in unit and told.split() != unit.split():
+            return f"{unit} is asked for, this is {told}."
+        return [number]
+    measures, scale = next((UNITS[word] for word in re.findall(r"[a-z]+|[°%]", told) if word in UNITS), (unit, 1))
+    if measures == unit:
+        return [number * scale]
+    return (
+        f"{unit} is asked for, this is {told}."
+        if unit in dict(UNITS.values())
+        else f"a bare number is asked for, without {told}."
+    )
+
+
+def _in_order(numbers, text, labels):
+    """Numbers with labels beside them in the order of the labels."""
+    beside = re.split(NUMBER, text)
+    for sides in (beside[1:], beside[:-1]):  # the words after each number, or before it
+        said = [frozenset(re.findall(r"[a-z]+", side)) for side in sides]
+        places = [next((k for k, words in enumerate(said) if words & label), None) for label in labels]
+        if labels and None not in places and len(set(places)) == len(places):
+            return [numbers[k] for k in places]
+    return numbers
+
+
+def key_words(text: str) -> frozenset[str]:
+    """The words of a short answer that matter: small letters, no quotes, full stops and small words, no s or ing at the end."""
+    words = frozenset(re.findall(r"[^\W_]+", text.lower())) - SMALL_WORDS
+    return frozenset(re.sub(r"(?<=\w{3})(ing|es|s)$", "", word) for word in words)
+
+
+def without_contrast(text: str) -> str:
+    """What is meant by "right, not left" and by "not left, but right"."""
+    found = re.fullmatch(r"\s*not\s+(?P<no>[^,]*),\s*(but\s+)?(?P<yes>.*)", text, re.IGNORECASE)
+    found = found or re.fullmatch(r"(?P<yes>[^,]*),\s*(and\s+)?not\s+(?P<no>.*)", text, re.IGNORECASE)
+    return found["yes"] if found else text
+
+
+def as_numbers(answer: Any) -> np.ndarray:
+    """The answer as an array of floats.
+
+    Raises
+    ------
+    TypeError
+        For True and False, which Python counts as 1 and 0, and for complex numbers.
+    """
+    parts = answer if isinstance(answer, np.ndarray) else np.asarray(answer, object).ravel()
+    if parts.dtype.kind in "bc" or (
+        parts.dtype == object and any(isinstance(part, (bool, np.bool_, complex)) for part in parts.ravel())
+    ):
+        raise TypeError("no plain number")
+    return np.asarray(answer, float)
