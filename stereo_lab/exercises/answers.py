@@ -105,7 +105,9 @@ class Number:
     def _count(self, answer, value, right):
         """What to say where there are more numbers than are asked for, or fewer."""
         if right.size == 1 and isinstance(answer, tuple) and value.size == 2 and all(type(a) is int for a in answer):
-            return f"expected a number, these are 2: a comma parts them. Write {answer[0]}.{answer[1]} with a point."
+            with_point = f"{answer[0]}.{abs(answer[1])}"
+            if abs(float(with_point) - right) <= 0.1 * abs(right):
+                return f"expected a number, these are 2: a comma parts them. Write {with_point} with a point."
         many = "this is one" if value.size == 1 else f"these are {value.size}"
         return f"expected {kind_of(right)}, {many}. {self.of_several}".strip()
 

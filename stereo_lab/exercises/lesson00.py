@@ -101,7 +101,11 @@ def questions(recording: Recording, balls: tuple[Detection, Detection] | None = 
                     Wrong("stays", "then two cameras could not measure depth at all. Try it with a finger."),
                 ),
                 "near things jump far. Lesson 04 turns that into millimetres.",
-                also=("larger", "bigger", "increases", "gets larger", "gets bigger", "it gets larger", "it gets bigger", "it increases", "becomes larger", "more"),
+                same=(
+                    ("increases|(gets|becomes) (larger|bigger|more)|larger|bigger", "grows"),
+                    ("decreases|falls|(gets|becomes) (smaller|less)|smaller", "shrinks"),
+                    ("constant|does not change|unchanged", "stays"),
+                ),
             ),
             hints=(
                 "You carry two cameras with you: your eyes.",

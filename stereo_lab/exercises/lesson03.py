@@ -212,7 +212,6 @@ def _finer_pixels(slope):
                 Wrong(slope / 4, "there are twice as many columns, not twice as many rows: half once, not twice."),
                 Wrong(0.5, "that is how much of the slope is left. The slope itself is asked for, in mm per px."),
                 Wrong(2.0, "by 2, but which way? And the slope itself is asked for, in mm per px."),
-                Wrong(1 / slope, "that is px per mm. How many mm does one of the finer pixels cover?"),
                 Wrong(slope**2, "a square has no place here. How many mm does one of the finer pixels cover?"),
                 Wrong(4 * slope, "then a pixel would cover more of the bench. There are more of them now, side by side on the same width."),
             ),

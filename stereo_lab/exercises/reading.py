@@ -102,7 +102,8 @@ def _converted(number, text, unit):
     """The one number in the unit that is asked for."""
     told = re.sub(r"\s*/\s*", " per ", NUMBER.sub("", text)).strip()
     if " per " in told or " per " in unit:
-        if " per " in told and " per " in unit and told.split() != unit.split():
+        names = [UNITS.get(word, (word,))[0] for word in told.split()]
+        if " per " in told and " per " in unit and names != unit.split():
             return f"{unit} is asked for, this is {told}."
         return [number]
     measures, scale = next((UNITS[word] for word in re.findall(r"[a-z]+|[°%]", told) if word in UNITS), (unit, 1))

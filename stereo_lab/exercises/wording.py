@@ -27,6 +27,7 @@ SAID = (
     ("object is not subscriptable", "this is one number already: nothing in [ ] behind it."),
     ("index out of range", "Python counts from 0: the first one is [0]."),
     ("out of bounds", "Python counts from 0: the first one is [0]."),
+    ("division by zero", "something below a line is zero in one of the tries."),
     ("has no len()", "this is one number already: take it as it is."),
     ("object is not iterable", "this is one number already: take it as it is."),
     ("'float' object has no attribute", "this is one number. Use the names in the brackets of the def line."),
