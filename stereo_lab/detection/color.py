@@ -13,9 +13,11 @@ from stereo_lab.errors import StereoLabError
 
 BINS = 32  # the colour table has BINS steps a channel
 
-# Hue in OpenCV's 0…179; red wraps round 0. Least lightness and saturation keep grey and black out.
+# Hue in OpenCV's 0…179; red wraps round 0. OpenCV 5 rounds hues next to 0 up to 180 in HLS: a tenth of a red ball's pixels.
+# Least lightness and saturation keep grey and black out.
+LAST_HUE = 180
 HUES = {
-    "red": ((172, 179), (0, 7)),
+    "red": ((172, LAST_HUE), (0, 7)),
     "orange": ((8, 18),),
     "yellow": ((20, 34),),
     "green": ((40, 85),),

@@ -59,9 +59,12 @@ def weigh(evidence: np.ndarray) -> float:
 
 
 def speaks(evidence: np.ndarray) -> dict[str, float]:
-    """What each piece of evidence adds to the sum, what it has together with others shared between them. Above zero: for a ball."""
+    """What each piece of evidence adds to the sum, what it has together with others shared between them. Above zero: for a ball.
+
+    Before any evidence a thing is more probably none: that comes first, "to begin with". All together are the logit.
+    """
     z = _spreads_off(evidence)
-    return dict(zip(EVIDENCE, z * (WEIGHT + TOGETHER @ z), strict=True))
+    return {"to begin with": WEIGHTS["constant"]} | dict(zip(EVIDENCE, z * (WEIGHT + TOGETHER @ z), strict=True))
 
 
 def _spreads_off(evidence):

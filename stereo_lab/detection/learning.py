@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
-from stereo_lab.detection.color import BINS, BallColor, bin_colors
+from stereo_lab.detection.color import BINS, LAST_HUE, BallColor, bin_colors
 from stereo_lab.errors import StereoLabError
 
 MARKS, LEAST_SURE = 6, 0.75  # balls that mark themselves, and how sure each must be
@@ -129,5 +129,5 @@ def hls_ranges(pixels):
     low, high = np.percentile(offset, [1, 99]) + angle
     (l0, l1), (s0, s1) = (np.percentile(hls[:, k], [1, 99]) for k in (1, 2))
     low, high = round(low) % 180, round(high) % 180
-    spans = [(low, high)] if low <= high else [(low, 179), (0, high)]
+    spans = [(low, high)] if low <= high else [(low, LAST_HUE), (0, high)]
     return tuple(((int(a), int(l0), int(s0)), (int(b), int(l1), int(s1))) for a, b in spans)

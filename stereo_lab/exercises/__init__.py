@@ -26,7 +26,7 @@ LESSONS = ("00", "01", "02", "03", "04", "05", "06", "07")
 __all__ = ["LESSONS", "____", "catch_up", "mine", "questions"]
 
 
-def questions(lesson: str, recording: Recording) -> tuple[Question, ...]:
+def questions(lesson: str, recording: Recording, **seen: Any) -> tuple[Question, ...]:
     """The questions of one lesson, their answers computed from the recording in use.
 
     Parameters

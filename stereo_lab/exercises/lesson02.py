@@ -10,7 +10,7 @@ from stereo_lab.exercises.question import Question, lesson
 from stereo_lab.recording import Recording
 
 PIXEL_BGR = (30, 40, 200)
-HUES = np.array([0, 2, 6, 7, 8, 30, 90, 120, 171, 172, 173, 175, 178, 179], np.uint8)
+HUES = np.array([0, 2, 6, 7, 8, 30, 90, 120, 171, 172, 173, 175, 179, 180], np.uint8)
 CENTERS = ((10.0, 10.0, 13.0, 14.0), (100.0, 50.0, 100.0, 50.5), (20.0, 30.0, 26.0, 28.5))
 
 

@@ -25,18 +25,30 @@ def rig_from_above(
     """The bench from above: two cameras, the plane of the arm, and places of the ball; all in mm."""
     ax = ax or plt.gca()
     cameras = np.array([left_x_mm, left_x_mm + baseline_mm])
-    ax.plot(balls_depth_mm, balls_x_mm, "o", color=VERMILION, markersize=8, markeredgecolor=BLACK)
-    ax.annotate(
-        "places of the ball", (balls_depth_mm[0], balls_x_mm[0]), xytext=(12, 18), textcoords="offset points",
-        arrowprops={"arrowstyle": "-"},
-    )  # fmt: skip
+    ax.plot(
+        balls_depth_mm,
+        balls_x_mm,
+        "o",
+        color=VERMILION,
+        markersize=8,
+        markeredgecolor=BLACK,
+        label="places of the ball",
+    )
     ax.plot([0, 0], cameras, ">", color=BLUE, markersize=16)
     ax.annotate("left camera", (0, cameras[0]), xytext=(14, 16), textcoords="offset points", va="center")
     ax.annotate("right camera", (0, cameras[1]), xytext=(14, -16), textcoords="offset points", va="center")
-    ax.plot([arm_depth_mm] * 2, [-reach_mm, reach_mm], "--", color=GREEN, linewidth=2)
-    ax.plot([arm_depth_mm], [0], "s", color=ORANGE, markersize=11, markeredgecolor=BLACK)
-    ax.annotate("arm's shoulder: x = 0", (arm_depth_mm, 0), xytext=(10, -4), textcoords="offset points")
-    ax.annotate("plane of the arm", (arm_depth_mm, -reach_mm), xytext=(8, -4), textcoords="offset points")
+    ax.plot([arm_depth_mm] * 2, [-reach_mm, reach_mm], "--", color=GREEN, linewidth=2, label="plane of the arm")
+    ax.plot(
+        [arm_depth_mm],
+        [0],
+        "s",
+        color=ORANGE,
+        markersize=11,
+        markeredgecolor=BLACK,
+        linestyle="",
+        label="arm's shoulder: x = 0",
+    )
+    ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1))
     ax.invert_yaxis()
     ax.set_aspect("equal")
     ax.set_xlabel("depth from the cameras (mm)")

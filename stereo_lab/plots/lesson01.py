@@ -83,7 +83,7 @@ def how_many_pairs(counts: Numbers, used_px: Numbers, unseen_px: Numbers, title:
         color=VERMILION,
     )
     ax.annotate(
-        "RMS on the pairs of the fit",
+        "rows on the pairs of the fit",
         (counts[-1], used_px[-1]),
         xytext=(-6, -17),
         textcoords="offset points",

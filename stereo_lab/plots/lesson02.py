@@ -26,11 +26,11 @@ def mask_view(mask: np.ndarray, title: str, ax: Axes | None = None) -> Axes:
 
 
 def hue_circle(title: str, ax: Axes | None = None) -> Axes:
-    """OpenCV's hues, 0 to 179, as a band of colours; red at both ends."""
+    """OpenCV's hues, 0 to 180, as a band of colours; red at both ends."""
     ax = ax or plt.gca()
     band = plt.get_cmap("hsv")(np.linspace(0, 1, 180))[None, :, :3]
     ax.imshow(band, extent=(-0.5, 179.5, 0, 1), aspect="auto", interpolation="nearest")
-    for low, high in ((0, 7), (172, 179)):
+    for low, high in ((0, 7), (172, 180)):
         ax.plot([low, high], [1.12, 1.12], color=BLACK, linewidth=6, clip_on=False)
         ax.annotate("red", ((low + high) / 2, 1.2), ha="center", annotation_clip=False)
     for hue, name in ((13, "orange"), (27, "yellow"), (62, "green"), (114, "blue")):
@@ -96,10 +96,10 @@ def answers_bar(
 def suspect(image: np.ndarray, u: float, v: float, radius_px: float, title: str, ax: Axes | None = None) -> Axes:
     """One thing of a picture, cut out and made larger, with a thin circle a little outside its rim."""
     ax = show_image(image, title, ax)
-    reach = 2.2 * radius_px + 2
+    reach = 2.4 * radius_px + 2
     ax.set_xlim(u - reach, u + reach)
     ax.set_ylim(v + reach, v - reach)
-    ax.add_patch(plt.Circle((u, v), 1.25 * radius_px + 1, fill=False, color=BLUE, linewidth=1.5))
+    ax.add_patch(plt.Circle((u, v), 1.1 * radius_px + 1, fill=False, color=BLUE, linewidth=1.5))
     return ax
 
 

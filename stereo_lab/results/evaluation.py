@@ -126,21 +126,24 @@ def is_hit(detection: Detection | None, circle: Sequence[float]) -> bool:
     return bool(np.hypot(detection.u - u, detection.v - v) <= max(3.0, radius / 4))
 
 
-def reliability(told: Sequence[float], right: Sequence[bool], bins: int = 10) -> tuple[np.ndarray, ...]:
+def reliability(
+    told: Sequence[float], right: Sequence[bool], edges: Sequence[float] = tuple(np.linspace(0, 1, 11))
+) -> tuple[np.ndarray, ...]:
     """Whether probabilities are true: those of each bin beside how often they were right.
 
     Parameters
     ----------
     told : sequence of float, probabilities
     right : sequence of bool, what came of each
-    bins : int, of equal width from 0 to 1
+    edges : sequence of float from 0 to 1, where the bins begin and end; tenths, if it is not told
 
     Returns
     -------
-    told, true, count : ndarray, shape (bins,): mean probability, share of right ones, how many; NaN in an empty bin
+    told, true, count : ndarray, one for each bin: mean probability, share of right ones, how many; NaN in an empty bin
     """
     p, ok = np.asarray(told, float), np.asarray(right, float)
-    index = np.minimum((p * bins).astype(int), bins - 1)
+    bins = len(edges) - 1
+    index = np.clip(np.searchsorted(edges, p, side="right") - 1, 0, bins - 1)
     count = np.bincount(index, minlength=bins)
     with np.errstate(invalid="ignore"):
         return np.bincount(index, p, bins) / count, np.bincount(index, ok, bins) / count, count

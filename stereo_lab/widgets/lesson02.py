@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 
 from stereo_lab.detection import BallColor, check_image
+from stereo_lab.detection.color import LAST_HUE
 from stereo_lab.widgets.panel import BLUE, ORANGE, PANEL_WIDTH, Panel, fit_width, range_slider, slider
 
 
@@ -27,7 +28,7 @@ def color_thresholds(image: np.ndarray, color: str) -> Panel:
     (low, high) = (ranges[0][0], ranges[-1][1])
 
     def draw(hue_low, hue_high, lightness, saturation):
-        spans = [(hue_low, hue_high)] if hue_low <= hue_high else [(hue_low, 179), (0, hue_high)]
+        spans = [(hue_low, hue_high)] if hue_low <= hue_high else [(hue_low, LAST_HUE), (0, hue_high)]
         mask = np.zeros(hls.shape[:2], np.uint8)
         for a, b in spans:
             lower, upper = (a, lightness[0], saturation[0]), (b, lightness[1], saturation[1])
@@ -39,8 +40,8 @@ def color_thresholds(image: np.ndarray, color: str) -> Panel:
     return Panel(
         "colour thresholds",
         {
-            "hue_low": slider("lower hue H", low[0], 0, 179),
-            "hue_high": slider("upper hue H", high[0], 0, 179),
+            "hue_low": slider("lower hue H", low[0], 0, LAST_HUE),
+            "hue_high": slider("upper hue H", high[0], 0, LAST_HUE),
             "lightness": range_slider("lightness L", (low[1], high[1]), 0, 255),
             "saturation": range_slider("saturation S", (low[2], high[2]), 0, 255),
         },
