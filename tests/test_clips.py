@@ -14,7 +14,7 @@ from stereo_lab import widgets
 from stereo_lab.detection import BallDetector
 from stereo_lab.errors import StereoLabError
 from stereo_lab.kinematics import JointAngles
-from stereo_lab.live import VirtualBench, reach_film, run_film
+from stereo_lab.live import VirtualBench, poses_film, reach_film, run_film
 from stereo_lab.live.bench import JOINT_BGR
 from stereo_lab.live.film import CLOSE_PX, CLOSER
 from stereo_lab.recording import Position, open_recording
@@ -46,6 +46,16 @@ def test_the_arm_goes_to_each_ball(name):
         assert np.abs(picture[v, u].astype(int) - JOINT_BGR).max() < 40
     u, v = np.round(joints_px(recording, JointAngles(90, 0))[1]).astype(int)
     assert np.abs(film[0][v, u].astype(int) - JOINT_BGR).max() < 40  # it begins stretched upwards
+
+
+def test_an_arm_is_seen_in_its_poses(bench):
+    poses = [JointAngles(30, 0), JointAngles(-40, 20)]
+    film = poses_film(bench, poses)
+    assert len(film) == 2
+    for picture, pose in zip(film, poses, strict=True):
+        u, v = np.round(joints_px(bench, pose)[1]).astype(int)
+        assert np.abs(picture[v, u].astype(int) - JOINT_BGR).max() < 40
+        assert BallDetector("red").detect(picture) is None
 
 
 def moments(recording, poses):

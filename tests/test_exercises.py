@@ -177,6 +177,23 @@ def test_solutions_run_and_pass(request, asked, capsys):
         assert out.startswith("PASS - "), (q.name, out)
 
 
+def test_the_last_hint_can_be_pasted(request, asked, capsys):
+    """As it stands it is no attempt, and stops nothing: a line of the cell, or the body of its function."""
+    recording_name, number = request.node.callspec.params["asked"]
+    names = {"np": np, **names_above(number, open_recording(ROOT / "data" / recording_name)), "____": ____}
+    for q in asked:
+        line = q.hints[-1].rpartition(":\n    ")[2]
+        if isinstance(q.answer, Function):
+            told = q.code.splitlines()
+            head = next(part for part in told if part.startswith("def "))
+            unpacked = [part for part in told if "X, Y, Z =" in part]
+            line = "\n".join([head, *unpacked, f"    {q.hints[-1]}"])
+        exec(compile(line, q.name, "exec"), names)
+        last = ast.parse(line).body[-1]
+        q.check(names[last.name if isinstance(last, ast.FunctionDef) else last.targets[0].id])
+        assert capsys.readouterr().out == "NOT ATTEMPTED\n", (q.name, line)
+
+
 def test_unknown_lesson():
     with pytest.raises(StereoLabError, match="no questions"):
         questions("99", None)

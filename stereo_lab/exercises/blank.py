@@ -38,7 +38,7 @@ class Blank:
     __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = _stay
     __truediv__ = __rtruediv__ = __floordiv__ = __rfloordiv__ = __mod__ = __rmod__ = _stay
     __pow__ = __rpow__ = __matmul__ = __rmatmul__ = _stay
-    __array_ufunc__ = None  # numpy leaves arithmetic with a blank to the blank
+    __array_ufunc__ = __array_function__ = _stay  # what numpy does with a blank is left to the blank
 
 
 ____ = Blank()

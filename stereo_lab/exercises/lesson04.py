@@ -36,7 +36,7 @@ def _twice_as_far():
         hints=(
             "Look at the figure: two triangles of the same shape.",
             "The baseline stays. At twice the depth it is seen under about half the angle.",
-            'twice_as_far = "____"   (halves, doubles, stays, shrinks by a fixed number)',
+            'twice_as_far = "____"   # halves, doubles, stays or shrinks by a fixed number',
         ),
         code='twice_as_far = "halves"',
         reason="Z = B·f/d: depth and disparity are inverse to each other.",
@@ -108,7 +108,7 @@ def _unknowns():
         hints=(
             "Count the letters in Eq. 4 that are neither Z nor d.",
             "Each sample, a disparity with its depth, gives one equation.",
-            "samples_needed = ____   (as many as there are unknown numbers: m, n and c)",
+            "samples_needed = ____   # as many as there are unknown numbers: m, n and c",
         ),
         code="samples_needed = 3",
         reason="m, n and c are unknown; each sample gives one equation.",
@@ -146,7 +146,7 @@ def _one_pixel(tries):
         hints=(
             "Which disparity does a ball at z_mm have? Eq. 3 says it, turned round: d = B·f/Z.",
             "Ask your depth_mm for the depth at a disparity that is one pixel smaller. By how much is it larger than z_mm?",
-            "d_px = baseline_mm * focal_px / z_mm; return depth_mm(baseline_mm, focal_px, ____) - z_mm",
+            "d_px = baseline_mm * focal_px / z_mm\n    return depth_mm(baseline_mm, focal_px, ____) - z_mm",
         ),
         code=(
             "def one_pixel_mm(z_mm, focal_px, baseline_mm):\n"

@@ -85,7 +85,7 @@ def _forward(poses):
         hints=(
             "Walk along the upper arm to the elbow, then along the forearm to the hand.",
             "A walk of length L in the direction a moves you by L·cos a in x and L·sin a in y.",
-            "x = l1 * cos(a) + l2 * cos(____)",
+            "a, b = radians(theta1_deg), radians(theta1_deg + theta2_deg)\n    return l1 * cos(a) + l2 * cos(b), l1 * sin(a) + ____",
         ),
         code=(
             "def hand_mm(l1, l2, theta1_deg, theta2_deg):\n"
@@ -174,7 +174,7 @@ def _eq6(points):
         hints=(
             "Eq. 6 has two parts: where the point is, and what the elbow adds.",
             "atan2(y, x) is the direction of the point. sin and cos need radians.",
-            "return degrees(atan2(y, x) - atan2(l2 * sin(t), l1 + l2 * ____))   with t = radians(theta2_deg)",
+            "t = radians(theta2_deg)\n    return degrees(atan2(y, x) - atan2(l2 * sin(t), l1 + l2 * ____))",
         ),
         code=(
             "def shoulder_deg(l1, l2, x, y, theta2_deg):\n"
@@ -229,7 +229,7 @@ def _one_degree(l1, l2):
         hints=(
             "The hand moves along a circle round the shoulder.",
             "The whole circle is 2·π·r long and has 360 degrees.",
-            "off_mm = (l1 + l2) * radians(____)",
+            "off_mm = (l1 + l2) * ____   # one degree, in radians",
         ),
         code="off_mm = (l1 + l2) * radians(1)",
         reason="An arc is its radius times its angle in radians.",

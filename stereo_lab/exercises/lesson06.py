@@ -128,7 +128,7 @@ def _rule():
         hints=(
             "Three cases: past the goal, in the zone, before it.",
             "left_deg is what is still to go; it is below zero past the goal.",
-            "if left_deg <= 0: return 0 ... return fast_v if left_deg > ____ else slow_v",
+            "if left_deg <= 0:\n        return 0\n    return fast_v if left_deg > ____ else slow_v",
         ),
         code=(
             "def rule(left_deg, zone_deg, fast_v, slow_v):\n"

@@ -46,7 +46,7 @@ def _angles(l1, l2):
         hints=(
             "Eq. 6 needs θ2. So which one comes first?",
             "theta2 = elbow_deg(l1, l2, x, y), and then the shoulder, which takes it.",
-            "theta2 = elbow_deg(l1, l2, x, y); return shoulder_deg(l1, l2, x, y, ____), theta2",
+            "theta2 = elbow_deg(l1, l2, x, y)\n    return shoulder_deg(l1, l2, x, y, ____), theta2",
         ),
         code=(
             "def angles_for(x, y, l1, l2):\n"

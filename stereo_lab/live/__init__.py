@@ -2,7 +2,7 @@
 
 from stereo_lab.live.bench import DrawnCameras, VirtualBench, round_trip
 from stereo_lab.live.cameras import CameraSource
-from stereo_lab.live.film import reach_film, run_film
+from stereo_lab.live.film import poses_film, reach_film, run_film
 from stereo_lab.live.follower import Follower, Step, hand_to_ball
 from stereo_lab.live.run import Moment, run
 from stereo_lab.live.sources import Frame, RecordingSource, Source, StereoSource, look, open_source, stage_of
@@ -25,6 +25,7 @@ __all__ = [
     "hand_to_ball",
     "look",
     "open_source",
+    "poses_film",
     "reach_film",
     "round_trip",
     "run",

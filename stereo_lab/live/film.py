@@ -53,6 +53,25 @@ def reach_film(
     return pictures
 
 
+def poses_film(recording: Recording, poses: Sequence[JointAngles]) -> list[np.ndarray]:
+    """What the left camera sees of an arm in some poses, one picture each; no ball is there. Drawn, not filmed.
+
+    Parameters
+    ----------
+    recording : Recording, a rendered one: its cameras and its arm
+    poses : sequence of JointAngles
+
+    Returns
+    -------
+    list of ndarray, BGR
+    """
+    bench, pictures = _drawn(recording), []
+    for pose in poses:
+        bench.arm.link_deg = (pose.theta1_deg, pose.theta2_deg)
+        pictures.append(bench.draw(None)[0])
+    return pictures
+
+
 def run_film(recording: Recording, moments: Sequence[Moment], every: int = 2) -> list[np.ndarray]:
     """A run seen again by the left camera, near the ball: the arm as its encoders told, the ball where it was just then.
 
