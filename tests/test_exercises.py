@@ -228,7 +228,12 @@ def test_progress_is_counted(capsys):
         (Function(lambda x: x, ((1.0,), (2.0,)), 0.1), lambda x: 1 / 0, "ZeroDivisionError"),
         (Function(lambda x: x, ((1.0,), (2.0,)), 0.1), lambda x: None, "return"),
         (Function(lambda x: x, ((1.0,), (2.0,)), 0.1), lambda x: 1.0, "gives 1 whatever comes in"),
-        (Function(lambda x: x, ((1.0,), (2.5,)), 0.1), lambda x: x if x < 2 else x**4, "right for 1 of 2"),
+        (Function(lambda x: x, ((1.0,), (2.5,)), 0.1), lambda x: x if x < 2 else x + 3, "right for 1 of 2"),
+        (
+            Function(lambda x: x, ((1.0,), (2.5,)), 0.1),
+            lambda x: x if x < 2 else x**4,
+            "twice as large it should bring",
+        ),
         (Function(lambda x: x, ((1.0,), (2.0,)), 0.1), 3.0, "expected a function"),
         (Function(lambda x: x, ((1.0,),), 0.1), lambda x: x ^ 2, "**"),
         (Function(math.acos, ((0.5,),), 0.1, domain="brackets?"), lambda x: math.acos(x + 1), "brackets?"),

@@ -283,7 +283,7 @@ class Function:
             ):
                 return Verdict(NOT_YET, mistake.message)
         known = f"right for {sum(fits)} of {len(fits)} tries, but " if any(fits) else ""
-        told = of_a_function(answer, self.right, self.inputs, outputs, self._names, self.parts)
+        told = of_a_function(answer, self.right, self.inputs, outputs, self._names, self.parts, self.relative)
         return Verdict(NOT_YET, told or known + self._example(fits.index(False), outputs))
 
     def _example(self, k, outputs):

@@ -70,6 +70,10 @@ def _gone():
                 Wrong(right * 10, "80 ms are 0.080 s, not 0.8."),
                 Wrong(right / 1000, "that is in metres."),
                 Wrong(OLD_MS / SPEED_MM_S, "speed times time, not time divided by speed."),
+                Wrong(SPEED_MM_S, "that is how far it goes in a whole second."),
+                Wrong(OLD_MS / 1000, "that is the time, in seconds. How far does it go in it?"),
+                Wrong(OLD_MS, "that is the time, in milliseconds. How far does it go in it?"),
+                Wrong(SPEED_MM_S + OLD_MS, "a speed and a time are not added. Speed times time."),
                 Wrong(right / 10, "80 ms are 0.080 s, not 0.008."),
             ),
             f"{right:.0f} mm, the whole radius of the ball.",
@@ -92,6 +96,10 @@ def _ahead():
         answer=Function(
             ahead, tries, 0.01, "mm",
             (
+                Wrong(lambda p, v, s: p * v * s, "the way is added to the place: plus."),
+                Wrong(lambda p, v, s: p + 2 * v * s, "that is twice the way."),
+                Wrong(lambda p, v, s: p + v * s / 2, "that is half of the way. (Half belongs to a steady acceleration, not to a steady velocity.)"),
+                Wrong(lambda p, v, s: p + v * s**2, "the seconds count once: a steady velocity, no acceleration."),
                 Wrong(lambda p, v, s: p - v * s, "that is where it was. Plus takes you ahead."),
                 Wrong(lambda p, v, s: p, "that is where it was in the picture. It has gone on since."),
                 Wrong(lambda p, v, s: (p + v) * s, "only the velocity belongs to the seconds: no brackets round the sum."),
@@ -126,6 +134,10 @@ def _hidden():
                 Wrong("go home", "a machine that has lost its target should not begin new moves."),
             ),
             "as long as the prediction is worth something.",
+            same=(
+                ("(go on )?(for )?(a moment|briefly|a little|a while|a bit)(,| and|, and)? then stop", "go on for a moment, then stop"),
+                ("^stop$", "stop at once"), ("^(go on|go on for ever|go on forever)$", "go on until the ball comes back"),
+            ),
         ),
         hints=(
             "Look at the width of the band: how sure is the place after one hidden picture, and after ten?",
@@ -163,6 +175,11 @@ def _same_ball():
                 Wrong(lambda gap, sigma: abs(gap) < sigma, "one ball in three lies farther off than one standard deviation. Allow four."),
                 Wrong(lambda gap, sigma: abs(gap) < 2 * sigma, "one ball in twenty lies farther off than two standard deviations. Allow four."),
                 Wrong(lambda gap, sigma: abs(gap) < 3 * sigma, "one ball in 370 lies farther off than three standard deviations: at 30 pictures a second, one every 12 s. Allow four."),
+                Wrong(lambda gap, sigma: abs(gap) < 5 * sigma, "five lets another ball pass that the question does not. Allow four."),
+                Wrong(lambda gap, sigma: abs(gap) < SIGMAS + sigma, "four times, not four more."),
+                Wrong(lambda gap, sigma: gap > -SIGMAS * sigma, "far off to the other side is another ball, too: take abs(gap_mm)."),
+                Wrong(lambda gap, sigma: True, "your function says yes to every ball."),
+                Wrong(lambda gap, sigma: False, "your function says no to every ball."),
                 Wrong(lambda gap, sigma: abs(gap) < 20, "20 mm, however unsure the prediction is? Let sigma_mm decide how much is allowed."),
                 Wrong(lambda gap, sigma: abs(gap) < SIGMAS, "four what? Where the prediction is unsure, more millimetres are allowed."),
                 Wrong(lambda gap, sigma: abs(gap) * SIGMAS < sigma, "the 4 belongs to sigma_mm."),
@@ -191,7 +208,7 @@ def _milliseconds():
                 Wrong("the order to the arm", "some 30 letters at 115,200 bits a second: 3 milliseconds."),
             ),
             "exposing, reading out, compressing, sending: no program makes that shorter, a better camera does.",
-            also=("cameras", "the camera"),
+            also=("cameras", "the camera", "taking the pictures", "the pictures"),
         ),
         hints=(
             "Which bar is the longest?",
@@ -213,6 +230,9 @@ def _cost():
             (
                 Wrong(PAPERS_CPU / PAPERS_RATE, "that is percent, for each pair a second. A second has 1000 ms: what part of it?"),
                 Wrong(PAPERS_CPU * PAPERS_RATE, "that is what it takes in one second, all ten pairs together."),
+                Wrong(PAPERS_CPU * 10, "that is what it takes in one second, all ten pairs together."),
+                Wrong(1000 / PAPERS_CPU, "upside down: the part of the second that it worked, over the pairs."),
+                Wrong(PAPERS_RATE / PAPERS_CPU, "upside down: the part of the second that it worked, over the pairs."),
                 Wrong(100.0, "that is the time between two pairs. The CPU rests for most of it."),
                 Wrong(right / 1000, "that is in seconds."),
                 Wrong(right * 100, "23.37 % is 0.2337."),
@@ -242,6 +262,7 @@ def _hold():
             ),
             "longer than the arm reaches, and one hand at the switch of the supply.",
             also=("a stick", "on a long stick"),
+            same=(("(in )?(my )?hands?|with (both )?hands|fingers?", "in my fingers"), ("throw( it)?", "thrown to it")),
         ),
         hints=(
             "What is near the ball is near the arm.",

@@ -34,7 +34,7 @@ def of_a_number(value: float, right: float, told: str) -> str:
         return ""
     if _near(value, -right):
         return f"{told}: the sign is turned."
-    for factor in (1000.0, 100.0, 10.0, 0.1, 0.01, 0.001):
+    for factor in (1000.0, 100.0, 10.0, 2.0, 0.5, 0.1, 0.01, 0.001):
         if _near(value, factor * right):
             return f"{told} is {FACTORS[factor]}"
     if abs(right) != 1:
@@ -53,6 +53,7 @@ def of_a_function(
     outputs: Sequence[Any],
     names: Sequence[str],
     parts: dict[str, tuple[str, ...]],
+    near: float = NEAR,
 ) -> str:
     """What a wrong function does otherwise than the right one, in every try; "" where nothing simple is found.
 
@@ -63,6 +64,7 @@ def of_a_function(
     outputs : what ``function`` gave for them
     names : of the arguments
     parts : what the numbers in an argument are called, by the argument's name
+    near : so near, as a part of the value, two results are taken for one
     """
     wanted = [np.asarray(right(*arguments)) for arguments in inputs]
     if wanted[0].dtype == bool:
@@ -79,7 +81,7 @@ def of_a_function(
     if any(not (np.abs(g) <= ENDLESS * (1 + np.abs(w).max())).all() for g, w in zip(given, wanted, strict=True)):
         squares = " Steps from a mean add up to zero: square each of them first." if np.ndim(inputs[0][0]) else ""
         return f"your result has no bounds: something below a line is zero, or nearly.{squares}"
-    told = _relation(given, wanted) or _arguments(right, inputs, given, names)
+    told = _relation(given, wanted, max(near, NEAR)) or _arguments(right, inputs, given, names)
     if told or wanted[0].size > 3:
         return told
     for k in range(wanted[0].size):
@@ -94,7 +96,7 @@ def of_a_function(
     return ""
 
 
-def _relation(given, wanted):
+def _relation(given, wanted, near):
     """A relation that holds between all given numbers and those that are wanted."""
     value, right = np.concatenate(given), np.concatenate(wanted)
     if np.array_equal(value, right):
@@ -111,7 +113,7 @@ def _relation(given, wanted):
     if len(wanted[0]) > 1 and all(_near(g, w[::-1]) for g, w in zip(given, wanted, strict=True)):
         return "the right numbers, in another order."
     for factor, words in FACTORS.items():
-        if _near(value, factor * right):
+        if _near(value, factor * right, near):
             return f"your result is {words}"
     if (right != 0).all() and len(right) > 1:
         factor = value[0] / right[0]
@@ -152,7 +154,7 @@ def _arguments(right, inputs, given, names):
 
 def _what_it_hangs_on(function, right, inputs, names, parts):
     """The first argument that, doubled, does something else to the result than it should."""
-    later = ""
+    later, last = "", ""
     for arguments in inputs:
         for name, doubled in _doubled(arguments, names, parts):
             before, after = _call(function, arguments), _call(function, doubled)
@@ -170,7 +172,12 @@ def _what_it_hangs_on(function, right, inputs, names, parts):
                 mine, its = (next((w for v, w in words.items() if _near(v, r)), "") for r in (ratio, wanted))
                 if mine and its and mine != its:
                     later = later or f"twice the {name} should give {its}; yours gives {mine}."
-    return later
+            if yours and should and not _near(after - before, becomes - was):
+                last = last or (
+                    f"look at {name}: twice as large it should bring {say(was)} to {say(becomes)}; "
+                    f"yours goes from {say(before)} to {say(after)}."
+                )
+    return later or last
 
 
 def _doubled(arguments: tuple, names: Sequence[str], parts: dict[str, tuple[str, ...]]) -> Iterator[tuple[str, tuple]]:
@@ -230,11 +237,11 @@ def _is(value, numbers):
         return False
 
 
-def _near(value, other):
+def _near(value, other, near=NEAR):
     value, other = np.asarray(value, float), np.asarray(other, float)
     if value.shape != other.shape or not np.isfinite(value).all():
         return False
-    return bool(np.all(np.abs(value - other) <= NEAR * np.abs(other).max(initial=1e-12)))
+    return bool(np.all(np.abs(value - other) <= near * np.abs(other).max(initial=1e-12)))
 
 
 def _count(size):

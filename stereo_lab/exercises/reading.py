@@ -84,7 +84,7 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
     if CODE.match(text):
         return "this is Python in quotes. Take the quotes away, and Python works it out."
     asked = "a number" if count == 1 else f"{count} numbers"
-    plain = text.lower().replace("−", "-").rpartition("=")[2].strip(" .")
+    plain = re.sub(r"\bminus\s+(?=\d)", "-", text.lower().replace("−", "-")).rpartition("=")[2].strip(" .")
     if unit == "of 255":
         plain = re.sub(r"(out\s+of|of|/)\s*255$", "", plain).strip()
     words = [IN_WORDS.get(word, word) for word in plain.split()]

@@ -27,6 +27,8 @@ SAID = (
     ("object is not subscriptable", "this is one number already: nothing in [ ] behind it."),
     ("index out of range", "Python counts from 0: the first one is [0]."),
     ("out of bounds", "Python counts from 0: the first one is [0]."),
+    ("expected 2 arguments, got 1", "atan2 and hypot take two things, with a comma between them: atan2(y, x)."),
+    ("required positional argument", "a function that you call wants one thing more: look at its def line."),
     ("division by zero", "something below a line is zero in one of the tries."),
     ("has no len()", "this is one number already: take it as it is."),
     ("object is not iterable", "this is one number already: take it as it is."),
