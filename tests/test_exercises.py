@@ -228,7 +228,7 @@ def test_progress_is_counted(capsys):
         (Function(lambda x: x, ((1.0,), (2.0,)), 0.1), lambda x: 1 / 0, "ZeroDivisionError"),
         (Function(lambda x: x, ((1.0,), (2.0,)), 0.1), lambda x: None, "return"),
         (Function(lambda x: x, ((1.0,), (2.0,)), 0.1), lambda x: 1.0, "gives 1 whatever comes in"),
-        (Function(lambda x: x, ((1.0,), (2.5,)), 0.1), lambda x: x if x < 2 else x + 3, "right for 1 of 2"),
+        (Function(lambda x: x, ((1.0,), (2.5,)), 0.1), lambda x: x if x < 2.2 else x + 3, "right for 1 of 2"),
         (
             Function(lambda x: x, ((1.0,), (2.5,)), 0.1),
             lambda x: x if x < 2 else x**4,
