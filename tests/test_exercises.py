@@ -417,7 +417,6 @@ def test_the_form_of_a_right_answer_does_not_matter(kind, answer):
     [
         (Choice("grows", (Wrong("shrinks", "no"), Wrong("stays", "no")), "yes"), "not grows", "not among"),
         (Choice("grows", (Wrong("shrinks", "no"), Wrong("stays", "no")), "yes"), "grows or shrinks", "not among"),
-        (Choice("grows", (Wrong("shrinks", "no"), Wrong("stays", "no")), "yes"), "", "not among"),
         (Choice("unseen pairs", (Wrong("the same pairs", "no"), Wrong("more", "no")), "yes"), "pairs", "not among"),
         (Choice("right", (Wrong("left", "no"),), "yes"), "never right", "not among"),
         (Choice("right", (Wrong("left", "no"),), "yes"), "it can't be right", "not among"),
@@ -468,6 +467,22 @@ def test_a_slip_is_named_in_plain_words(kind, answer, told):
 )
 def test_a_blank_left_in_a_function_is_no_attempt(answer):
     assert judge(Function(lambda x: x, ((1.0,),), 0.1), answer).status == "NOT ATTEMPTED"
+
+
+@pytest.mark.parametrize(
+    ("kind", "answer", "carried"),
+    [
+        (Number(7.9, 0.1, "mm"), "7.9 mm", 7.9), (Number(7.9, 0.1, "mm"), "0.79 cm", 7.9), (Number(7.9, 0.1, "mm"), [7.9], 7.9),
+        (Number(7.9, 0.1, "mm"), np.array([7.9]), 7.9), (Number(3, 0, ""), "three", 3.0), (Number((9, 6), 0), "9x6", (9.0, 6.0)),
+    ],
+)  # fmt: skip
+def test_what_is_carried_can_be_counted_with(kind, answer, carried):
+    (q,) = lesson("77", dict(asks="?", hints=("a",), code="x = 1", reason="so", reference=0.0, answer=kind))
+    assert q.carry(answer) == carried and type(q.carry(answer)) is type(carried)
+
+
+def test_nothing_in_quotes_is_no_attempt():
+    assert judge(Choice("a ring", (Wrong("a line", "no"),), "yes"), " ").status == "NOT ATTEMPTED"
 
 
 def test_a_blank_in_quotes_is_no_attempt():

@@ -102,6 +102,19 @@ class Number:
             NOT_YET, self._told(value, right) if value.size == right.size else self._count(answer, value, right)
         )
 
+    def carried(self, answer: Any) -> Any:
+        """A right answer as the cells below can count with it: a text or a list of one as the number that it tells."""
+        right = np.asarray(self.right, float)
+        if issubclass(type(answer), str):
+            answer = np.array(numbers_in(str(answer), right.size, self.unit, tuple(map(frozenset, self.labels))))
+        if right.size == 1 and not isinstance(answer, (int, float, np.number)):
+            return float(as_numbers(answer).ravel()[0])
+        return (
+            tuple(as_numbers(answer).ravel().tolist())
+            if right.size > 1 and not isinstance(answer, (tuple, list))
+            else answer
+        )
+
     def _count(self, answer, value, right):
         """What to say where there are more numbers than are asked for, or fewer."""
         if right.size == 1 and isinstance(answer, tuple) and value.size == 2 and all(type(a) is int for a in answer):
@@ -221,7 +234,7 @@ class Function:
             return Verdict(NOT_YET, f"expected a function, this is {a_kind(answer)}. Give its name without brackets.")
         if type(answer).__module__ in SESSION:
             return Verdict(NOT_YET, "this belongs to Python itself and would end the lesson. Give a function of yours.")
-        outputs = []
+        outputs: list[Any] = []
         for arguments in self.inputs:
             try:
                 with np.errstate(all="ignore"):  # numpy's warnings would stand beside what is said here
@@ -232,6 +245,10 @@ class Function:
                 return Verdict(NOT_ATTEMPTED) if _has_a_blank(answer) else Verdict(NOT_YET, self._stopped(error))
             if is_blank(output):
                 return Verdict(NOT_ATTEMPTED)
+            if output is None and any(o is not None for o in outputs):
+                return Verdict(
+                    NOT_YET, f"for {self._given(arguments)} your function gives nothing back. Is a case missing?"
+                )
             if output is None:
                 return Verdict(NOT_YET, "your function gives nothing back. Did you forget a return?")
             if isinstance(output, str) or (
@@ -286,9 +303,12 @@ class Function:
         told = of_a_function(answer, self.right, self.inputs, outputs, self._names, self.parts, self.relative)
         return Verdict(NOT_YET, told or known + self._example(fits.index(False), outputs))
 
+    def _given(self, arguments):
+        return ", ".join(f"{name} = {say(a)}" for name, a in zip(self._names, arguments, strict=True))
+
     def _example(self, k, outputs):
         """The first try that is not right."""
-        given = ", ".join(f"{name} = {say(a)}" for name, a in zip(self._names, self.inputs[k], strict=True))
+        given = self._given(self.inputs[k])
         right = self.right(*self.inputs[k])
         wanted = f"{say(right)} {self.unit}".rstrip()
         if say(right) != say(outputs[k]):
@@ -329,6 +349,8 @@ class Command:
 
     def judge(self, answer: Any) -> Verdict:
         """PASS for the same words and numbers; else what the line says instead."""
+        if isinstance(answer, (list, tuple)) and len(answer) == 1:
+            answer = answer[0]
         if not issubclass(type(answer), str):
             return Verdict(NOT_YET, f"expected a line in quotes, this is {a_kind(answer)}.")
         if "____" in answer:
@@ -379,7 +401,7 @@ def _try(function, arguments):
 def judge(kind: Number | Choice | Function | Command, answer: Any) -> Verdict:
     """The verdict on any answer; never raises, unless the learner stops it."""
     try:
-        if is_blank(answer):
+        if is_blank(answer) or (type(answer) is str and not answer.strip()):
             return Verdict(NOT_ATTEMPTED)
         if answer is None:
             return Verdict(NOT_YET, "there is nothing in it yet: None. A line that prints gives nothing back.")

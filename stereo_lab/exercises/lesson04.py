@@ -12,11 +12,17 @@ from stereo_lab.recording import Recording, open_recording
 
 def questions(recording: Recording) -> tuple[Question, ...]:
     """Six questions; see :mod:`stereo_lab.exercises`."""
-    baseline, focal, left_u, right_u = _facts(str(recording.path))
+    baseline, focal, left_u, right_u, raw_px = _facts(str(recording.path))
     tries = ((baseline, focal, 60.0), (baseline, focal, 30.0), (100.0, 800.0, 80.0))
     far = ((1000.0, focal, baseline), (2000.0, focal, baseline), (500.0, 800.0, 100.0))
     return lesson(
-        "04", _twice_as_far(), _disparity(left_u, right_u), _eq3(tries), _unknowns(), _one_pixel(far), _wider(baseline)
+        "04",
+        _twice_as_far(),
+        _disparity(left_u, right_u, raw_px),
+        _eq3(tries),
+        _unknowns(),
+        _one_pixel(far),
+        _wider(baseline),
     )
 
 
@@ -49,7 +55,7 @@ def _twice_as_far():
     )
 
 
-def _disparity(left_u, right_u):
+def _disparity(left_u, right_u, raw_px):
     right = left_u - right_u
     return dict(
         asks="What is the disparity of the ball in the pair above?",
@@ -59,6 +65,7 @@ def _disparity(left_u, right_u):
                 Wrong(-right, "your disparity is below zero: the ball would be behind the cameras. Take left minus right."),
                 Wrong(left_u + right_u, "you added the two columns. Disparity is how far they are apart."),
                 Wrong(left_u, "that is the column in the left picture alone."),
+                Wrong(raw_px, "those are the raw columns, as the pictures come. Take the rectified ones: u_left and u_right."),
                 Wrong(right_u, "that is the column in the right picture alone."),
                 Wrong((left_u + right_u) / 2, "that is the middle between the two columns. How far are they apart?"),
                 Wrong(left_u / right_u, "you divided. How many columns lie between the two?"),
@@ -216,5 +223,6 @@ def _facts(path):
     localizer = Localizer.fit(recording, leave_out=recording.judges())
     calibration = localizer.calibration
     looks = (localizer.detect(s.pair.left, s.pair.right) for s in recording.samples("depth"))
-    (u_left, _), (u_right, _) = calibration.rectify_centers(*next(pair for pair in looks if pair is not None))
-    return calibration.baseline_mm, calibration.focal_px, float(u_left), float(u_right)
+    balls = next(pair for pair in looks if pair is not None)
+    (u_left, _), (u_right, _) = calibration.rectify_centers(*balls)
+    return calibration.baseline_mm, calibration.focal_px, float(u_left), float(u_right), balls[0].u - balls[1].u

@@ -16,7 +16,12 @@ def questions(recording: Recording) -> tuple[Question, ...]:
     arm = recording.arm
     l1, l2 = float(arm.l1_mm), float(arm.l2_mm)
     poses = ((l1, l2, 0.0, 90.0), (l1, l2, 30.0, 45.0), (12.0, 9.0, -40.0, 100.0))
-    points = ((l1, l2, 0.6 * (l1 + l2), 0.2 * (l1 + l2)), (12.0, 9.0, 5.0, 15.0), (12.0, 9.0, -8.0, -10.0))
+    points = (
+        (l1, l2, 0.6 * (l1 + l2), 0.2 * (l1 + l2)),
+        (12.0, 9.0, 5.0, 15.0),
+        (12.0, 9.0, -8.0, -10.0),
+        (9.0, 12.0, 4.0, 3.0),
+    )
     return lesson(
         "05", _nearest(l1, l2), _forward(poses), _eq5(points), _eq6(points), _other_elbow(), _one_degree(l1, l2)
     )
@@ -124,7 +129,7 @@ def _eq5(points):
             "the elbow depends on the distance of the point alone, not on its direction.",
             domain=(
                 "acos got a number outside −1…1, for a point that is in reach. "
-                "Are there brackets round 2 * l1 * l2, and round everything above the line?"
+                "Look at the signs, and at the brackets round 2 * l1 * l2 and round everything above the line."
             ),
         ),
         hints=(
@@ -148,6 +153,7 @@ def _eq6(points):
         answer=Function(
             shoulder_deg, tries, 0.01, "degrees",
             (
+                Wrong(lambda *t: shoulder_deg(*t) % 360, "the same direction, told the long way round: the arm counts from −180 to 180."),
                 Wrong(lambda *t: shoulder_deg(*t) * DEGREE, "that is in radians. The arm counts in degrees."),
                 Wrong(
                     lambda a, b, x, y, t: math.degrees(math.atan2(y, x)) + _lead(a, b, t),

@@ -41,7 +41,7 @@ def _angles(l1, l2):
                 Wrong(lambda x, y, a, b: angles_for(y, x, a, b), "x and y are swapped."),
             ),
             "the elbow by the distance of the place, then the shoulder by its direction.",
-            domain="acos got a number outside −1…1, for a place that is in reach. Are there brackets round 2 * l1 * l2?",
+            domain="acos got a number outside −1…1, for a place that is in reach. Do the links and the place stand in the right order?",
         ),
         hints=(
             "Eq. 6 needs θ2. So which one comes first?",
@@ -136,7 +136,7 @@ def _hidden():
             "as long as the prediction is worth something.",
             same=(
                 ("(go on )?(for )?(a moment|briefly|a little|a while|a bit)(,| and|, and)? then stop", "go on for a moment, then stop"),
-                ("^stop$", "stop at once"), ("^(go on|go on for ever|go on forever)$", "go on until the ball comes back"),
+                ("^stop(, then go on.*)?$", "stop at once"), ("^(go on|go on for ever|go on forever)$", "go on until the ball comes back"),
             ),
         ),
         hints=(
@@ -154,6 +154,7 @@ def _same_ball():
     tries = (
         (12.0, 5.0),
         (4.5, 5.0),
+        (4.0, 5.0),
         (3.5, 1.0),
         (25.0, 5.0),
         (-12.0, 5.0),
@@ -176,13 +177,14 @@ def _same_ball():
                 Wrong(lambda gap, sigma: abs(gap) < 2 * sigma, "one ball in twenty lies farther off than two standard deviations. Allow four."),
                 Wrong(lambda gap, sigma: abs(gap) < 3 * sigma, "one ball in 370 lies farther off than three standard deviations: at 30 pictures a second, one every 12 s. Allow four."),
                 Wrong(lambda gap, sigma: abs(gap) < 5 * sigma, "five lets another ball pass that the question does not. Allow four."),
+                Wrong(lambda gap, sigma: gap**2 < SIGMAS * sigma, "squared on one side alone: take abs(gap_mm), or square both sides."),
                 Wrong(lambda gap, sigma: abs(gap) < SIGMAS + sigma, "four times, not four more."),
                 Wrong(lambda gap, sigma: gap > -SIGMAS * sigma, "far off to the other side is another ball, too: take abs(gap_mm)."),
                 Wrong(lambda gap, sigma: True, "your function says yes to every ball."),
                 Wrong(lambda gap, sigma: False, "your function says no to every ball."),
                 Wrong(lambda gap, sigma: abs(gap) < 20, "20 mm, however unsure the prediction is? Let sigma_mm decide how much is allowed."),
                 Wrong(lambda gap, sigma: abs(gap) < SIGMAS, "four what? Where the prediction is unsure, more millimetres are allowed."),
-                Wrong(lambda gap, sigma: abs(gap) * SIGMAS < sigma, "the 4 belongs to sigma_mm."),
+                Wrong(lambda gap, sigma: abs(gap) * SIGMAS < sigma, "four times sigma_mm is allowed, not a quarter of it."),
             ),
             "near enough for how sure the prediction is.",
         ),

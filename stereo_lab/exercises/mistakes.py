@@ -11,6 +11,7 @@ import numpy as np
 
 from stereo_lab.exercises.wording import say
 
+EXACT = 1e-9  # where another number might be near by chance
 NEAR = 1e-3  # so near, as a part of the value, two numbers are taken for one
 ENDLESS = 1e12  # so many times what is right: rounding errors stand below the line, in the place of zero
 FACTORS = {
@@ -137,11 +138,14 @@ def _arguments(right, inputs, given, names):
             continue
         swapped = [tuple(t[j] if k == i else t[i] if k == j else t[k] for k in range(len(t))) for t in inputs]
         values = [_call(right, arguments) for arguments in swapped]
-        if all(v is not None and _near(g, v.ravel()) for g, v in zip(given, values, strict=True)):
+        if (
+            all(v is not None and _near(g, v.ravel(), EXACT) for g, v in zip(given, values, strict=True))
+            and len({float(g[0]) for g in given}) > len(given) / 2
+        ):
             return f"it works as if {names[i]} and {names[j]} had changed places."
     for k, name in enumerate(names):
-        if all(np.size(t[k]) == g.size and _is(t[k], g) for t, g in zip(inputs, given, strict=True)):
-            return f"it gives {name} back as it came in."
+        if all(np.size(t[k]) == g.size and _is(t[k], g, EXACT) for t, g in zip(inputs, given, strict=True)):
+            return f"it gives {name} back, and nothing else."
     wanted = [right(*arguments) for arguments in inputs]
     if (
         len(inputs) > 1
@@ -153,31 +157,41 @@ def _arguments(right, inputs, given, names):
 
 
 def _what_it_hangs_on(function, right, inputs, names, parts):
-    """The first argument that, doubled, does something else to the result than it should."""
-    later, last = "", ""
+    """The first argument that, doubled, does something else to the result than it should, in one try or in all of them."""
+    seen: dict[str, list] = {}
     for arguments in inputs:
         for name, doubled in _doubled(arguments, names, parts):
-            before, after = _call(function, arguments), _call(function, doubled)
-            was, becomes = _call(right, arguments), _call(right, doubled)
-            if before is None or after is None or was is None or becomes is None:
-                continue
-            yours, should = not _near(before, after), not _near(was, becomes)
-            if should and not yours:
-                return f"{name} changes nothing in your result, and it should."
-            if yours and not should:
-                later = later or f"{name} changes your result, and it should not."
-            elif yours and should and float(was) and float(before):
-                ratio, wanted = float(after / before), float(becomes / was)
-                words = {v: w for v, w in HOW_MANY.items() if _near(v, ratio) or _near(v, wanted)}
-                mine, its = (next((w for v, w in words.items() if _near(v, r)), "") for r in (ratio, wanted))
+            values = [_call(f, a) for f in (function, right) for a in (arguments, doubled)]
+            if all(value is not None for value in values):
+                seen.setdefault(name, []).append([float(value) for value in values])
+    told = {name: (_moves(tries, 0), _moves(tries, 2)) for name, tries in seen.items()}
+    for name, (yours, should) in told.items():
+        if should and not yours:
+            return f"{name} changes nothing in your result, and it should."
+    for name, (yours, should) in told.items():
+        if yours and not should:
+            return f"{name} changes your result, and it should not."
+    for name, tries in seen.items():
+        for before, after, was, becomes in tries:
+            if before and was and not _near(before, after) and not _near(was, becomes):
+                mine, its = (
+                    next((w for v, w in HOW_MANY.items() if _near(v, r)), "") for r in (after / before, becomes / was)
+                )
                 if mine and its and mine != its:
-                    later = later or f"twice the {name} should give {its}; yours gives {mine}."
-            if yours and should and not _near(after - before, becomes - was):
-                last = last or (
+                    return f"twice the {name} should give {its}; yours gives {mine}."
+    for name, tries in seen.items():
+        for before, after, was, becomes in tries:
+            if not _near(after - before, becomes - was):
+                return (
                     f"look at {name}: twice as large it should bring {say(was)} to {say(becomes)}; "
                     f"yours goes from {say(before)} to {say(after)}."
                 )
-    return later or last
+    return ""
+
+
+def _moves(tries, first):
+    """Whether a result moves in any of the tries."""
+    return any(not _near(numbers[first], numbers[first + 1]) for numbers in tries)
 
 
 def _doubled(arguments: tuple, names: Sequence[str], parts: dict[str, tuple[str, ...]]) -> Iterator[tuple[str, tuple]]:
@@ -205,6 +219,8 @@ def _of_true_and_false(inputs, outputs, wanted, names):
     for arguments, output, right in zip(inputs, outputs, wanted, strict=True):
         if np.size(output) != right.size:
             return f"one True or False for each of {right.size} is asked for, and it gives {_count(np.size(output))}."
+        if not np.isin(np.ravel(output), (0, 1)).all():
+            return "True or False is asked for, and it gives a number: compare it with something."
         for k, (mine, its) in enumerate(zip(np.ravel(output), right.ravel(), strict=True)):
             if bool(mine) != bool(its):
                 told = ", ".join(
@@ -230,9 +246,9 @@ def _call(function, arguments):
     return value if value.size and np.isfinite(value).all() else None
 
 
-def _is(value, numbers):
+def _is(value, numbers, near=NEAR):
     try:
-        return _near(np.ravel(np.asarray(value, float)), numbers)
+        return _near(np.ravel(np.asarray(value, float)), numbers, near)
     except (TypeError, ValueError):
         return False
 

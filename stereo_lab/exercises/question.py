@@ -48,7 +48,7 @@ class Question:
         if verdict.status != PASS:
             print(verdict)
             return
-        kept.keep(self.name, answer)
+        kept.keep(self.name, self._carried(answer))
         done = progress.passed(self.lesson, self.number)
         print(f"{verdict} (lesson {int(self.lesson)}: {done} of {self.questions})")
 
@@ -64,7 +64,10 @@ class Question:
 
     def carry(self, answer: Any) -> Any:
         """The answer where it is right, else the reference: whoever is stuck can go on."""
-        return answer if judge(self.answer, answer).status == PASS else self.reference
+        return self._carried(answer) if judge(self.answer, answer).status == PASS else self.reference
+
+    def _carried(self, answer):
+        return self.answer.carried(answer) if isinstance(self.answer, Number) else answer
 
 
 def lesson(name: str, *asked: dict[str, Any]) -> tuple[Question, ...]:

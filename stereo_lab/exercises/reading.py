@@ -57,7 +57,7 @@ OPEN_WORDS = frozenset(
     ]
 )
 NO_NUMBERS = OPEN_WORDS - {"above", "below", "half"} | {"hundred", "thousand", "million", "dozen", "small"}
-CODE = re.compile(r"\s*[a-z_]\w*\s*(\.\s*[a-z_]|\[|\(|[-+*/]\s*[\w(])", re.IGNORECASE)
+CODE = re.compile(r"\s*[a-z_]\w*\s*[-+*/]\s*[\w(]|.*[a-z]\w*(\.[a-z_]|\[|\(|_\w)", re.IGNORECASE)
 # What a unit measures, and how many of the kit's unit it is
 UNITS = {
     **dict.fromkeys(("mm", "millimetre", "millimetres", "millimeter", "millimeters"), ("mm", 1)),
@@ -90,7 +90,9 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
     words = [IN_WORDS.get(word, word) for word in plain.split()]
     if NO_NUMBERS & set(re.findall(r"[a-z]+", " ".join(words))):
         return f"expected {asked}, this is a text. Write {'the number' if count == 1 else 'them'} alone, in figures."
-    for parts in (" ".join(words), re.sub(r"(?<=\d),(?=\d)", ".", " ".join(words))):
+    plain = " ".join(words)
+    plain = re.sub(r"(?<=\d),(?=\d{3}\.\d)", "", plain)  # 2,047.2
+    for parts in (plain, re.sub(r"(?<=\d),(?=\d)", ".", plain)):
         found = NUMBER.findall(parts)
         if len(found) == count:
             numbers = [float(number) for number in found]
@@ -99,7 +101,9 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
 
 
 def _converted(number, text, unit):
-    """The one number in the unit that is asked for."""
+    """The one number in the unit that is asked for; where none is, whatever was written beside it does not matter."""
+    if not unit:
+        return [number]
     told = re.sub(r"\s*/\s*", " per ", NUMBER.sub("", text)).strip()
     if " per " in told or " per " in unit:
         names = [UNITS.get(word, (word,))[0] for word in told.split()]

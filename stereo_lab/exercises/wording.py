@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -46,7 +47,13 @@ def in_plain_words(error: BaseException) -> str:
     told = error_in_words(error)
     plain = next((sentence for part, sentence in SAID if part in told), "")
     if isinstance(error, NameError) and not plain:
-        plain = "this name is not known here: use the names in the brackets of the def line."
+        name = str(getattr(error, "name", ""))
+        if name.startswith("arc"):
+            plain = f"in math its name is {name.replace('arc', 'a')}, in numpy np.{name}."
+        elif hasattr(math, name):
+            plain = f"{name} is not imported here: write math.{name}, and import math above your function."
+        else:
+            plain = "this name is not known here: use the names in the brackets of the def line."
     return (
         f"your function stopped with {told}"
         + ("" if told.endswith(".") else ".")
