@@ -181,7 +181,7 @@ def _what_it_hangs_on(function, right, inputs, names, parts):
                     return f"twice the {name} should give {its}; yours gives {mine}."
     for name, tries in seen.items():
         for before, after, was, becomes in tries:
-            if not _near(after - before, becomes - was):
+            if not _near(was, becomes) and not _near(after - before, becomes - was):
                 return (
                     f"look at {name}: twice as large it should bring {say(was)} to {say(becomes)}; "
                     f"yours goes from {say(before)} to {say(after)}."
