@@ -55,11 +55,13 @@ def side_by_side(left: np.ndarray, right: np.ndarray, rows_px: Numbers, title: s
 
 
 def mark_ball(u: float, v: float, radius_px: float, ax: Axes | None = None, color: str = BLUE, name: str = "") -> Axes:
-    """A circle and a cross on a ball, and its name above it."""
+    """A circle round a ball, a cross a third as wide in it, and its name above it."""
     ax = ax or plt.gca()
     ax.autoscale(False)
     ax.add_patch(plt.Circle((u, v), radius_px, fill=False, color=color, linewidth=2))
-    ax.plot(u, v, "+", color=color, markersize=12, markeredgewidth=2)
+    third = radius_px / 3  # in pixels of the picture, so that it does not cover a ball that is small there
+    ax.plot([u - third, u + third], [v, v], color=color, linewidth=1.5)
+    ax.plot([u, u], [v - third, v + third], color=color, linewidth=1.5)
     box = {"facecolor": "white", "edgecolor": color, "pad": 2}
     if name:
         ax.annotate(name, (u, v - radius_px - 6), ha="center", va="bottom", color=color, weight="bold", bbox=box)

@@ -57,11 +57,16 @@ def error_by_pair(
 ) -> Axes:
     """Reprojection error of every pair as a bar; dropped pairs hatched."""
     ax = ax or plt.gca()
-    for k, (name, error) in enumerate(zip(names, errors_px, strict=True)):
-        out = name in dropped
-        ax.bar(k, error, color=VERMILION if out else BLUE, hatch="//" if out else "", edgecolor="white")
+    for out, color, hatch in ((False, BLUE, ""), (True, VERMILION, "//")):
+        of = [k for k, name in enumerate(names) if (name in dropped) == out]
+        if of:
+            errors = [errors_px[k] for k in of]
+            ax.bar(of, errors, color=color, hatch=hatch, edgecolor="white", label="left out" if out else "in the fit")
+    if dropped:
+        ax.legend(loc="upper left")
     ax.axhline(typical_px, color=BLACK, linestyle="--")
-    ax.annotate(" median", (0, typical_px), xytext=(0, 4), textcoords="offset points")
+    beside = {"xycoords": ("axes fraction", "data"), "xytext": (4, 0), "textcoords": "offset points"}
+    ax.annotate("median", (1, typical_px), va="center", annotation_clip=False, **beside)
     ax.set_xticks(range(len(names)), names, rotation=90)
     ax.set_xlabel("pair")
     ax.set_ylabel("reprojection error (px)")
@@ -106,7 +111,7 @@ def depth_doubt(
     title: str,
     ax: Axes | None = None,
 ) -> Axes:
-    """How uncertain depth is over the left picture, with the boards' outlines; crosses where no board was seen.
+    """How uncertain depth is over the left picture, with the boards' outlines; dots where no board was seen.
 
     Parameters
     ----------
@@ -127,7 +132,7 @@ def depth_doubt(
     for outline in outlines:
         ax.plot(*np.vstack([outline, outline[:1]]).T, color="white", linewidth=0.8, alpha=0.7)
     bare = pixels_Nx2[boards_N == 0]
-    ax.plot(*bare.T, "x", color=VERMILION, markersize=5, markeredgewidth=1.4, label="here no board was seen")
+    ax.plot(*bare.T, "o", color="white", markeredgecolor=BLACK, markersize=4, label="here no board was seen")
     ax.set_xlim(0, image_size[0])
     ax.set_ylim(image_size[1], 0)
     ax.set_aspect("equal")

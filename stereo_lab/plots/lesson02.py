@@ -42,10 +42,16 @@ def hue_circle(title: str, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def heat(votes: np.ndarray, center: tuple[float, float] | None, title: str, ax: Axes | None = None) -> Axes:
-    """Votes as a heat map; a cross on a centre (u, v), or none."""
+def heat(
+    votes: np.ndarray,
+    center: tuple[float, float] | None,
+    title: str,
+    ax: Axes | None = None,
+    most: float | None = None,
+) -> Axes:
+    """Votes as a heat map; a cross on a centre (u, v), or none; ``most`` is the brightest colour's number of votes."""
     ax = ax or plt.gca()
-    picture = ax.imshow(votes, cmap="inferno", interpolation="nearest")
+    picture = ax.imshow(votes, cmap="inferno", interpolation="nearest", vmin=0, vmax=most)
     if center is not None:
         ax.plot(*center, "+", color="white", markersize=16, markeredgewidth=2)
     bar = ax.figure.colorbar(picture, ax=ax, shrink=0.8)

@@ -21,14 +21,13 @@ def error_against_depth(
     ax = ax or plt.gca()
     for (name, depth, error), (color, mark) in zip(series, ((VERMILION, "s"), (BLUE, "o")), strict=False):
         ax.plot(depth, np.maximum(error, 0.05), mark, color=color, markeredgecolor=BLACK, markersize=7, label=name)
-    ax.axvline(plane_mm, color=GREEN, linestyle="--")
-    ax.annotate(" plane of the arm", (plane_mm, 0.04), xycoords=("data", "axes fraction"))
+    ax.axvline(plane_mm, color=GREEN, linestyle="--", label="plane of the arm")
     ax.set_yscale("log")
     ax.set_yticks([0.1, 1, 10, 100], ["0.1", "1", "10", "100"])
     ax.set_xlabel("depth (mm)")
     ax.set_ylabel("error in x and y (mm)")
     ax.set_title(title)
-    ax.legend(loc="center right", framealpha=1)
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3)
     return ax
 
 
