@@ -531,6 +531,14 @@ def test_a_reset_in_mid_move_is_told():
         arm.move_to(JointAngles(160.0, 0.0))
 
 
+def test_a_closed_connection_is_told_apart_from_an_unplugged_arm():
+    arm = connect("virtual://arm")
+    arm.close()
+    with pytest.raises(ArmError, match="was closed. Make a new one with connect") as told:
+        arm.home()
+    assert "Plug" not in str(told.value)
+
+
 def test_unplugged_in_mid_move_is_told_and_leaving_does_not_raise():
     arm = connect("virtual://arm?unplugged=0.5")
     with pytest.raises(ArmError, match="is gone.*Plug it in again"):

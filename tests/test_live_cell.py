@@ -91,6 +91,35 @@ def test_the_hand_follows_the_sliders_until_stop(cell, bench):
     assert cell.text.value.startswith("Ended") and not arm.port.is_open
 
 
+@pytest.mark.parametrize("why", ["Ended. ", "Ended: nothing was heard"])
+def test_homing_is_seen_and_can_be_stopped(bench, localizer, why):
+    """By the clock, as in the notebook: homing takes seconds, and whoever presses stop must not wait for it."""
+    panel = widgets.live_cell("virtual", "virtual://arm", bench, localizer)
+    grey = bytes(panel.picture.value)
+    press(panel)
+    panel._silent_s = 1e9
+    until(lambda: panel._source is not None and bytes(panel.picture.value) != grey)
+    arm = panel._source.arm
+    assert panel.text.value.startswith("The arm moves: homing")
+    if why == "Ended. ":
+        panel.play.playing = False
+    else:
+        panel._silent_s = 0.0
+    until(lambda: not panel.thread.is_alive())
+    assert panel.text.value.startswith(why) and not arm.is_open and panel._follower is None
+
+
+def test_the_ball_glides_to_where_the_sliders_say(cell):
+    """A jump would be another ball: lost for a moment, then found. One that glides is never lost."""
+    press(cell)
+    until(lambda: cell.text.value.startswith("follows"))
+    said = set()
+    cell.text.observe(lambda change: said.add(change["new"].partition(";")[0]), "value")
+    cell.x.value, cell.y.value = -150, 250
+    until(lambda: np.allclose(cell._source.ball_mm[:2], (-150, 250)))
+    assert said == {"follows"}
+
+
 def test_it_can_be_played_again(cell):
     for _ in range(2):
         press(cell)

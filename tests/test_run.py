@@ -18,15 +18,17 @@ from conftest import ROOT
 from stereo_lab import cli
 from stereo_lab.arm import connect
 from stereo_lab.arm.virtual.served import served_arm
+from stereo_lab.cli.live import _show
 from stereo_lab.errors import ArmError, StereoLabError, UnreachableTargetError
 from stereo_lab.kinematics import JointAngles
 from stereo_lab.live import Follower, VirtualBench, open_source, round_trip, run, touch_in_turn
 from stereo_lab.live import usage as usage_module
 from stereo_lab.live.follower import GAP_MM, STEADY, WRONG_SIDE
 from stereo_lab.live.log import RunLog, header, read_log, write_csv
+from stereo_lab.live.tracker import Track
 from stereo_lab.live.usage import Usage
 from stereo_lab.localization import Localizer
-from stereo_lab.recording import open_recording
+from stereo_lab.recording import Position, open_recording
 from stereo_lab.results.live_cost import ToAndFro, hand_at_ball, page, to_the_arm, whole_run
 
 HEAD = header("virtual:bench", "virtual://arm", "bench", {"pairs": 24})
@@ -186,6 +188,35 @@ def test_a_learners_inverse_that_is_wrong_moves_nothing(bench, localizer, wrong)
         before = arm.port.link_deg
         moments = list(run(source, localizer, Follower(arm, bench, inverse=lambda x, y: wrong), seconds=1))
         assert moments[-1].said == "the ball is out of reach" and arm.port.link_deg == pytest.approx(before, abs=0.1)
+
+
+OWN = [
+    ({"inverse": lambda x, y: 10.0}, "inverse= should give two numbers; it got (60, 280"),
+    ({"inverse": lambda x: (0, 0)}, "inverse= stopped when it got (60, 280"),
+    ({"inverse": lambda x, y: None}, "inverse= "),
+    ({"predict": lambda p, v: p}, "predict= stopped when it got ("),
+    ({"predict": lambda p, v, s: (p, v)}, "predict= should give one number; it got ("),
+]
+
+
+@pytest.mark.parametrize(("own", "words"), OWN, ids=range(len(OWN)))
+def test_a_function_of_ones_own_that_stops_gets_a_sentence(bench, own, words):
+    place = Position(60.0, 280.0, 1000.0, (1.0, 1.0, 1.0))
+    track = Track(0.0, place, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), True, None)
+    with connect("virtual://arm") as arm:
+        follower = Follower(arm, bench, **own)
+        with pytest.raises(StereoLabError) as told:
+            follower._aim(track, 0.0)
+    assert words in str(told.value)
+
+
+def test_a_ball_out_of_reach_is_not_asked_of_a_function_of_ones_own(bench):
+    """Its arc cosine would stop there."""
+    place = Position(600.0, 280.0, 1000.0, (1.0, 1.0, 1.0))
+    with connect("virtual://arm") as arm, pytest.raises(UnreachableTargetError):
+        Follower(arm, bench, inverse=lambda x, y: 1 / 0)._aim(
+            Track(0.0, place, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), True, None), 0.0
+        )
 
 
 def test_however_it_ends_the_arm_rests(bench, localizer):
@@ -442,6 +473,16 @@ def test_the_command_runs_logs_and_is_summarised(tmp_path, capsys, arm):
         told["header"]["arm"] == "".join(arm[1:]) and told["pictures"] == len(table.read_text().splitlines()) - 1 > 10
     )
     assert "picture to order" in said and ("x follows" if arm else "x sees the ball") in said
+
+
+def test_pictures_that_were_dropped_are_told(bench, localizer, capsys):
+    with VirtualBench(bench, fast=True) as source:
+        moments = list(run(source, localizer, seconds=0.1))
+    _show([replace(m, frame=replace(m.frame, dropped=2)) for m in moments], [])
+    said = capsys.readouterr().out
+    assert f"{len(moments)} pairs of pictures. {2 * len(moments)} more were dropped" in said and "CPU   - %" in said
+    _show(moments, [])
+    assert "dropped" not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -274,6 +274,10 @@ class SerialLine:
             self.events.append(answer)
 
     def _gone(self, error):
+        if not self.port.is_open:
+            return ArmError(
+                f"The connection to {self.name} was closed. Make a new one with connect(...), and home the arm."
+            )
         if self.name.startswith("feetech://"):
             return ArmError(
                 f"{self.name} is gone ({error}). Its servos do not notice: they go on to their goal and hold it. Cut their "

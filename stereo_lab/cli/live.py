@@ -103,8 +103,9 @@ def _sinks(options, source, recording, localizer, stack):
 def _show(moments, sinks):
     """One line that is drawn anew; on a pipe a line every few seconds. What goes wrong with a log is told once."""
     live, next_s, told = sys.stdout.isatty(), 0.0, set()
-    moment = None
+    moment, dropped = None, 0
     for moment in moments:
+        dropped += moment.frame.dropped
         for sink in sinks:
             if sink.trouble and sink.trouble not in told:
                 told.add(sink.trouble)
@@ -116,7 +117,8 @@ def _show(moments, sinks):
     if live:
         print()
     if moment is not None:
-        print(f"{moment.number + 1} pairs of pictures.")
+        late = f" {dropped} more were dropped: they came faster than they could be dealt with." if dropped else ""
+        print(f"{moment.number + 1} pairs of pictures.{late}")
     for sink in sinks:
         if sink.trouble and getattr(sink, "untold", 0):
             print(f"{sink.untold} of them were not told: {sink.trouble}.", file=sys.stderr)
@@ -136,9 +138,10 @@ def line_of(moment: Moment) -> str:
     if moment.track is not None:
         p = moment.track.position
         place = f"x {p.x_mm:.0f}  y {p.y_mm:.0f}  depth {p.depth_mm:.0f} mm"
+    cpu = f"{moment.cpu_percent:3.0f}" if moment.cpu_percent else "  -"  # 0: no second has passed
     return (
         f"{moment.frame.time_s:7.1f} s  {place:34s} {moment.rate_hz:3.0f}/s  {moment.latency_ms:3.0f} ms  "
-        f"CPU {moment.cpu_percent:3.0f} %  {moment.rss_mb:4.0f} MB  {moment.said}"
+        f"CPU {cpu} %  {moment.rss_mb:4.0f} MB  {moment.said}"
     )
 
 

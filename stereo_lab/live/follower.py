@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stereo_lab.errors import ArmError, UnreachableTargetError
+from stereo_lab.errors import ArmError, StereoLabError, UnreachableTargetError
 from stereo_lab.kinematics import JointAngles
 from stereo_lab.live.tracker import Track
 from stereo_lab.recording import Position, Recording
@@ -63,13 +63,15 @@ class Follower:
     arm : stereo_lab.arm.Arm, homed
     recording : Recording, which says where the arm stands, how long its links are and how large the ball is
     predict : bool or function
-        Aim at where the ball will be when the order is with the arm, and beyond that by the way that the arm needs to brake:
-        it then passes there with the ball's speed. False: at where the ball was in the picture. A function of your own takes
-        (place_mm, velocity_mm_s, seconds) for each coordinate and gives the place after so many seconds.
+        Aim at where the ball will be when the order is with the arm. False: at where the ball was in the picture. A function of
+        your own takes (place_mm, velocity_mm_s, seconds) for each coordinate and gives the place after so many seconds.
     gap_mm : float, between hand and ball
     inverse : function, optional
         Your own way from the middle of a ball in the arm's plane, (x_mm, y_mm), to (theta1_deg, theta2_deg), in place of the
         kit's. It counts with a forearm that is longer by ``beyond_mm``; what it gives is checked against the limits.
+    run_on : bool
+        Where the arm aims ahead: order a goal that lies farther on by the way that the arm needs to brake, so that it passes the
+        ball's place with the ball's speed.
 
     Attributes
     ----------
@@ -84,8 +86,10 @@ class Follower:
         predict: bool | Callable[[float, float, float], float] = True,
         gap_mm: float = GAP_MM,
         inverse: Callable[[float, float], tuple[float, float]] | None = None,
+        run_on: bool = True,
     ) -> None:
         self.arm, self.predict, self.inverse, self.follows = arm, predict, inverse, True
+        self._runs_on = run_on and bool(predict)
         self.stands, self.radius_mm = recording.registration, recording.ball.diameter_mm / 2
         self.beyond_mm = self.radius_mm + gap_mm
         self._brakes = [arm.get(joint, "acc") for joint in (1, 2)]
@@ -151,7 +155,7 @@ class Follower:
         between_s = min(max(now_s - self._before_s, 0.0), MOST_BETWEEN_S)
         ready_s, self._before_s = now_s + ANSWERS_S + between_s / 2, now_s
         wanted = self._angles(self._ball_at(track, ready_s))
-        goal = self._where_it_could_stop(wanted, track, ready_s) if self.predict else wanted
+        goal = self._where_it_could_stop(wanted, track, ready_s) if self._runs_on else wanted
         self.arm.steer(goal, self._percent(goal))
         self._steers = True
         return wanted
@@ -162,14 +166,14 @@ class Follower:
             return track.at(time_s) if self.predict else track.position
         ahead_s = time_s - track.time_s
         places = zip(_place(track.position), track.velocity_mm_s, strict=True)
-        return Position(*(float(self.predict(place, velocity, ahead_s)) for place, velocity in places))
+        return Position(*(_yours(self.predict, "predict", 1, p, v, ahead_s)[0] for p, v in places))
 
     def _angles(self, ball):
         """The pose with the hand before a ball, its elbow on the side that was chosen for it: the one with more room."""
+        poses = self.stands.solutions(*_place(ball), beyond_mm=self.beyond_mm)
         if self.inverse is not None:
             x, y, _ = self.stands.in_arm(*_place(ball)).tolist()
-            return JointAngles(*self.inverse(x, y))
-        poses = self.stands.solutions(*_place(ball), beyond_mm=self.beyond_mm)
+            return JointAngles(*_yours(self.inverse, "inverse", 2, x, y))
         if self._side == 0:
             self._side = 1 if max(poses, key=self._room_deg).theta2_deg >= 0 else -1
         poses = [pose for pose in poses if pose.theta2_deg * self._side >= 0]
@@ -251,6 +255,24 @@ def _in_plane(recording, moment):
 
 def _place(position: Position) -> tuple[float, float, float]:
     return position.x_mm, position.y_mm, position.depth_mm
+
+
+def _yours(function, name, count, *values):
+    """So many numbers from a function of somebody's own; where it stops or gives something else, a sentence."""
+    try:
+        numbers = np.atleast_1d(np.asarray(function(*values), float))
+    except Exception as error:
+        raise StereoLabError(f"Your function for {name}= stopped when it got {_told(values)}: {error}.") from error
+    if numbers.shape != (count,):
+        raise StereoLabError(
+            f"Your function for {name}= should give {('one number', 'two numbers')[count - 1]}; "
+            f"it got {_told(values)} and gave {numbers.tolist()}."
+        )
+    return numbers.tolist()
+
+
+def _told(values):
+    return "(" + ", ".join(f"{value:.4g}" for value in values) + ")"
 
 
 def _turns(start, end):

@@ -6,6 +6,7 @@ import contextlib
 import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 
 import cv2
 import ipywidgets
@@ -21,7 +22,10 @@ from stereo_lab.widgets.panel import BLACK, BLUE, ORANGE, WHITE, slider
 TICK_MS = 1000  # the page ticks so often while it is there
 SILENT_S = 5.0  # so long without a tick, and the run ends: a closed page must not drive an arm
 QUALITY = 80  # of the pictures on their way to the page
+LINE_PX = 34  # of the line of words under them
 PRESS = "Press play: the triangle on the left."
+THE_END = "The pictures have ended."
+GLIDE_MM_S = 150.0  # the ball goes so fast to where the sliders say: a jump would be taken for another ball
 
 
 class LiveCell(ipywidgets.VBox):
@@ -70,8 +74,6 @@ class LiveCell(ipywidgets.VBox):
         self.play.observe(self._tick, "value")
         self.play.observe(self._pressed, "playing")
         self.follow.observe(self._switch, "value")
-        for control in (self.x, self.y, self.off):
-            control.observe(self._move, "value")
 
     def __repr__(self):
         return "panel: the live cell"
@@ -94,25 +96,42 @@ class LiveCell(ipywidgets.VBox):
         if self._follower is not None:
             self._follower.follows = change["new"]
 
-    def _move(self, _):
+    def _goal_mm(self):
+        """Where the sliders say that the ball is, in the bench frame."""
+        return np.array((self.x.value, self.y.value, self._stage.arm_depth_mm - self.off.value), float)
+
+    def _glide(self):
+        """One picture's way of the drawn ball towards where the sliders say."""
         if isinstance(self._source, VirtualBench):
-            self._source.ball_mm = (self.x.value, self.y.value, self._stage.arm_depth_mm - self.off.value)
+            left = self._goal_mm() - self._source.ball_mm
+            part = GLIDE_MM_S / self._source.rate_hz / max(np.linalg.norm(left), 1e-9)
+            self._source.ball_mm = tuple(self._source.ball_mm + min(part, 1.0) * left)
+
+    def _why_it_ends(self):
+        """That the page asks for an end, or is gone; empty while neither is so."""
+        if self._ends:
+            return f"Ended. {PRESS}"
+        if time.monotonic() - self._heard_s > self._silent_s:
+            return "Ended: nothing was heard from this page."
+        return ""
 
     def _work(self):
         """Everything from opening to closing, in the thread; whatever stops it is told under the buttons."""
         try:
             with contextlib.ExitStack() as stack:
-                self.text.value = "The arm moves: homing both joints …"
                 arm = self._open_arm()
                 if arm is not None:
                     stack.callback(arm.close)
                     arm.set_limits(self._stage.arm.limits_deg)
-                    if not arm.homed:
-                        arm.home()
+                self._source = stack.enter_context(self._open_pictures(arm))
+                if isinstance(self._source, VirtualBench):
+                    self._source.ball_mm = tuple(self._goal_mm())
+                if arm is not None:
+                    if not arm.homed and (why := self._home(arm)):
+                        self.text.value = why
+                        return
                     self._follower = Follower(arm, self._stage)
                     self._follower.follows = self.follow.value
-                self._source = stack.enter_context(self._open_pictures(arm))
-                self._move(None)
                 moments = stack.enter_context(contextlib.closing(run(self._source, self._localizer, self._follower)))
                 self.text.value = self._show_all(moments)
         except StereoLabError as error:
@@ -120,16 +139,33 @@ class LiveCell(ipywidgets.VBox):
         finally:
             self._source = self._follower = None
 
+    def _home(self, arm):
+        """Home both joints while the pictures are shown; says why it ended before that, or nothing."""
+        self.text.value = "The arm moves: homing both joints, some ten seconds …"
+        with ThreadPoolExecutor(1) as waiting:
+            homing = waiting.submit(arm.home)
+            try:
+                while not homing.done():
+                    frame = self._source.read()
+                    why = self._why_it_ends() or ("" if frame else THE_END)
+                    if why:
+                        return why
+                    self.picture.value = _jpeg(_with_words(np.hstack([frame.left, frame.right]), ["homing"]))
+            finally:
+                if not homing.done():
+                    arm.stop()
+            homing.result()
+        return ""
+
     def _show_all(self, moments):
         """Show moment after moment; says why it ended."""
         for moment in moments:
             self.picture.value = _jpeg(_drawn(moment))
             self.text.value = f"{moment.said}; {moment.latency_ms:.0f} ms from the light to the order"
-            if self._ends:
-                return f"Ended. {PRESS}"
-            if time.monotonic() - self._heard_s > self._silent_s:
-                return "Ended: nothing was heard from this page."
-        return "The pictures have ended."
+            self._glide()
+            if why := self._why_it_ends():
+                return why
+        return THE_END
 
 
 def live_cell(source_name: str, arm_url: str | None, stage: Recording, localizer: Localizer) -> LiveCell:
@@ -163,25 +199,32 @@ def _answer_while_busy(control):
 
 
 def _drawn(moment: Moment) -> np.ndarray:
-    """Both pictures beside each other, the ball marked, and what is known written on them."""
+    """Both pictures beside each other, the ball marked, and under them what is known."""
     frame, track = moment.frame, moment.track
     view = np.hstack([frame.left, frame.right])
     for k, ball in enumerate(() if track is None or track.detections is None else track.detections):
         center = round(ball.u + k * frame.left.shape[1]), round(ball.v)
         cv2.circle(view, center, round(ball.radius_px) + 3, BLUE, 2, cv2.LINE_AA)
         cv2.drawMarker(view, center, BLUE, cv2.MARKER_CROSS, 10, 2)
-    words = [f"{moment.rate_hz:.0f} pairs a second, {moment.cpu_percent:.0f} % CPU, {moment.rss_mb:.0f} MB"]
-    if track is not None:
-        p = track.position
-        words.append(f"ball x {p.x_mm:.0f}  y {p.y_mm:.0f}  depth {p.depth_mm:.0f} mm")
-    if moment.step is not None:
-        words.append(f"arm {moment.step.reached.theta1_deg:.0f}, {moment.step.reached.theta2_deg:.0f} degrees")
-    cv2.rectangle(view, (0, 0), (430, 14 + 26 * len(words)), WHITE, -1)
-    for k, line in enumerate(words):
-        cv2.putText(view, line, (10, 24 + 26 * k), cv2.FONT_HERSHEY_SIMPLEX, 0.65, BLACK, 1, cv2.LINE_AA)
     if track is not None and not track.seen:
         cv2.rectangle(view, (0, 0), (view.shape[1] - 1, view.shape[0] - 1), ORANGE, 6)
-    return view
+    cpu = f"{moment.cpu_percent:.0f} % CPU, " if moment.cpu_percent else ""  # 0: no second has passed
+    words = [f"{moment.rate_hz:.0f} pairs a second, {cpu}{moment.rss_mb:.0f} MB", "no ball", ""]
+    if track is not None:
+        p = track.position
+        words[1] = f"ball x {p.x_mm:.0f}  y {p.y_mm:.0f}  depth {p.depth_mm:.0f} mm"
+    if moment.step is not None:
+        words[2] = f"arm {moment.step.reached.theta1_deg:.0f}, {moment.step.reached.theta2_deg:.0f} degrees"
+    return _with_words(view, words)
+
+
+def _with_words(view, words):
+    """The picture with a line of words under it, evenly spread: they cover nothing."""
+    line = np.full((LINE_PX, view.shape[1], 3), WHITE, np.uint8)
+    for k, part in enumerate(words):
+        at = (10 + k * view.shape[1] // len(words), LINE_PX - 11)
+        cv2.putText(line, part, at, cv2.FONT_HERSHEY_SIMPLEX, 0.65, BLACK, 1, cv2.LINE_AA)
+    return np.vstack([view, line])
 
 
 def _jpeg(picture):
