@@ -1,8 +1,10 @@
 """words.md: every term is explained where a reader first meets it."""
 
+import ast
 import json
 import re
 
+import numpy as np
 import pytest
 
 from conftest import ROOT
@@ -41,3 +43,43 @@ def test_a_word_is_explained_where_it_first_comes(word, meaning, lesson):
     bold = re.findall(r"\*\*(.+?)\*\*", text, re.DOTALL)
     assert any(comes.search(words) for words in bold), f"not in bold where it first comes: {text}"
     assert len(meaning.split()) >= 3
+
+
+PYTHON = [
+    [part.strip() for part in re.split(r"(?<!\\)\|", line.strip("|"))]
+    for line in (ROOT / "notebooks" / "words.md").read_text(encoding="utf-8").partition("## Python")[2].splitlines()
+    if line.startswith("| `")
+]
+
+
+@pytest.mark.parametrize("row", [row for row in PYTHON if row[2]], ids=[row[0] for row in PYTHON if row[2]])
+def test_a_line_of_python_gives_what_stands_beside_it(row):
+    example, gives = (part.strip("`") for part in row[2:])
+    assert eval(example, {"np": np}) == eval(gives)
+
+
+def ways_of_writing():
+    """What in the lessons' code a beginner has not met: the name of its row."""
+    kinds = {
+        ast.JoinedStr: 'f"{x:.1f}"', ast.ListComp: "[… for x in …]", ast.GeneratorExp: "[… for x in …]",
+        ast.DictComp: "{…: … for x in …}", ast.IfExp: "a if … else b", ast.Starred: "*a", ast.Lambda: "lambda x: …",
+        ast.NamedExpr: "(a := …)", ast.Slice: "a[1:3]", ast.MatMult: "a @ b", ast.Invert: "a[a > 2]", ast.With: "with … as a:",
+    }  # fmt: skip
+    calls = {"zip": "zip(a, b)", "enumerate": "enumerate(a)"}
+    names = {"T": "a.T", "eye": "np.eye(2)", "trace": "np.trace(a)", "hypot": "np.hypot(a, b)", "percentile": "np.percentile(a, 95)"}  # fmt: skip
+    for path in NOTEBOOKS:
+        for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
+            for node in ast.walk(ast.parse("".join(cell["source"]))) if cell["cell_type"] == "code" else ():
+                yield kinds.get(type(node))
+                if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+                    yield calls.get(node.func.id)
+                if isinstance(node, ast.Attribute):
+                    yield names.get(node.attr)
+                if isinstance(node, ast.Constant) and node.value is ...:
+                    yield "a[..., 0]"
+
+
+def test_every_way_of_writing_is_explained():
+    told = {row[0].strip("`") for row in PYTHON}
+    used = set(ways_of_writing()) - {None}
+    assert used <= told and told - used <= {"a[:, 0]"}
