@@ -168,7 +168,7 @@ def write_calibration(calibration: StereoCalibration, recording: Recording, path
     plots.depth_doubt(known.pixels, known.sigma_mm, known.boards, outlines, calibration.image_size, what, axes[0, 0])
     caption = (
         "The left picture's area, as far as the right camera sees it too. The shade is the standard deviation of depth; white "
-        "outlines are the boards; crosses stand where no board was seen."
+        "outlines are the boards; dots stand where no board was seen."
     )
     lines = [f"This is a {kind_of(recording)}.", *filter(None, calibration_lines(calibration))]
     words = "".join(f"<p>{html.escape(line)}</p>" for line in lines)
