@@ -1,14 +1,15 @@
 """Lesson 01: what each camera does to a ray, and how the two stand to each other.
 
-The corners of a chessboard are found in many pairs and placed to a few hundredths of a pixel. One least-squares fit
+The corners of a board are found in many pairs and placed to a few hundredths of a pixel. One least-squares fit
 explains them by two cameras, by where each board was held, and by the board's own shape, for paper is never flat. It
-also tells how well it knows the cameras, and so any place that they tell. The order: ``corners``, ``crossing``,
+also tells how well it knows the cameras, and so any place that they tell. The order: ``corners``, ``charuco``, ``crossing``,
 ``start``, ``bundle``, ``solver``, ``uncertainty``, ``verdict``; ``recipe`` puts them together.
 ``homography`` is Zhang's idea, written out to be read.
 """
 
 from stereo_lab.calibration.advice import depth_map, where_to_hold
 from stereo_lab.calibration.cameras import StereoCalibration
+from stereo_lab.calibration.charuco import opencv_board
 from stereo_lab.calibration.corners import find_corners, match_order
 from stereo_lab.calibration.homography import find_homography, focal_from_homography
 from stereo_lab.calibration.recipe import calibrate_stereo
@@ -16,5 +17,6 @@ from stereo_lab.calibration.store import boards_of, calibrate_anew, calibrate_re
 
 __all__ = [
     "StereoCalibration", "boards_of", "calibrate_anew", "calibrate_recording", "calibrate_stereo", "depth_map",
-    "find_calibration", "find_corners", "find_homography", "focal_from_homography", "match_order", "where_to_hold",
+    "find_calibration", "find_corners", "find_homography", "focal_from_homography", "match_order", "opencv_board",
+    "where_to_hold",
 ]  # fmt: skip

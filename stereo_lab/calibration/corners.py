@@ -1,4 +1,4 @@
-"""Chessboard corners: found by OpenCV's two finders, placed by a model of the crossing edges, put in one order."""
+"""Corners of boards. Those of a chessboard: found by OpenCV's two finders, placed by a model of the crossing edges, put in one order."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from collections.abc import Callable, Sequence
 import cv2
 import numpy as np
 
+from stereo_lab.calibration.charuco import dictionary_in, find_charuco
 from stereo_lab.calibration.crossing import place_corners
 from stereo_lab.errors import CalibrationError
 from stereo_lab.recording import Board, StereoPair
-from stereo_lab.recording.bounds import FEWEST_CORNERS, MOST_CORNERS
+from stereo_lab.recording.bounds import CHARUCO, FEWEST_CORNERS, MOST_CORNERS
 
 CLASSIC = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 SECTOR = cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY
@@ -20,23 +21,26 @@ NEAR_OF_SQUARE = 0.2  # radius of the first, rough placing, as a part of the squ
 
 
 def find_corners(image: np.ndarray, board: Board, finders: Sequence[Callable] | None = None) -> np.ndarray | None:
-    """Inner corners of a chessboard, to a few hundredths of a pixel.
+    """Inner corners of a board, to a few hundredths of a pixel.
 
-    ``cv2.findChessboardCorners`` first and ``cv2.findChessboardCornersSB`` where it fails; then two crossing edges
-    are fitted to the picture round each corner (:mod:`crossing`).
+    A chessboard is found by ``cv2.findChessboardCorners``, and by ``cv2.findChessboardCornersSB`` where that fails, a ChArUco
+    board by its markers (:mod:`charuco`). Then two crossing edges are fitted to the picture round each corner (:mod:`crossing`).
 
     Parameters
     ----------
     image : ndarray, BGR or grey, uint8
     board : Board
-    finders : sequence of functions, optional; else both of OpenCV's
+    finders : sequence of functions, optional, for a chessboard; else both of OpenCV's
 
     Returns
     -------
-    ndarray, shape (rows * columns, 2), float32, or None
-        Row by row. None where no whole board of this size is seen.
+    ndarray, shape (corners, 2), float32, or None
+        Row by row. None where no whole chessboard of this size is seen, or too little of a ChArUco board; of such a board a
+        corner that is not seen is NaN.
     """
     grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
+    if board.kind == CHARUCO:
+        return find_charuco(grey, board)
     scale = min(1.0, FIND_WIDTH / max(grey.shape))
     small = grey if scale == 1 else cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     for finder in finders or (_classic, _sector):
@@ -133,12 +137,16 @@ def _one_order(grey, corners, board):
 
 def match_order(left: np.ndarray, right: np.ndarray, board: Board) -> np.ndarray:
     """The right camera's corners in the order of the left one's (the cameras stand upright, side by side)."""
+    if board.kind == CHARUCO:  # its markers have numbers
+        return right
     across = (left[-1] - left[0]) @ (right[-1] - right[0])
     return right if across > 0 else np.ascontiguousarray(right[::-1])
 
 
 def check_board_size(pairs: Sequence[StereoPair], board: Board) -> None:
-    """Raise CalibrationError that names the board's real size, if another size fits most pictures."""
+    """Raise CalibrationError that names the board's real size, or its real dictionary, if another one fits most pictures."""
+    if board.kind == CHARUCO:
+        return _check_dictionary(pairs, board)
     tries: dict[tuple[int, int], int] = {}
     shown = list(pairs)[:: max(1, len(pairs) // 3)][:3]
     for pair in shown:
@@ -158,6 +166,19 @@ def check_board_size(pairs: Sequence[StereoPair], board: Board) -> None:
         f"The board was said to have {board.columns}x{board.rows} inner corners; the pictures show "
         f"{columns}x{rows}.{counted} Set board columns to {columns} and rows to {rows}."
     )
+
+
+def _check_dictionary(pairs, board):
+    """The same for the markers of a ChArUco board."""
+    shown = list(pairs)[:: max(1, len(pairs) // 3)][:3]
+    greys = [cv2.cvtColor(pair.left, cv2.COLOR_BGR2GRAY) for pair in shown]
+    names = [name for grey in greys if (name := dictionary_in(grey, board)) is not None]
+    if names:
+        name = max(names, key=names.count)
+        raise CalibrationError(
+            f"The board's markers were said to be from {board.dictionary}; those in the pictures are from {name}, or one of the "
+            f"larger dictionaries that begin with it. Set the board's dictionary to what is printed on it."
+        )
 
 
 def _neighbours(board):

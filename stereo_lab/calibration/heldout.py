@@ -32,7 +32,7 @@ def errors_on_unseen(
 
 
 def pair_errors(rig: Rig, view: View, board: Board, size: tuple[int, int]) -> tuple[float, float]:
-    """Mean |Δv| after rectification (px) and mean error of the two diagonals of the board (%); NaN where not seen."""
+    """Mean |Δv| after rectification (px) and mean error of the two diagonals of what both see of the board (%); NaN where nothing."""
     (k1, d1), (k2, d2) = matrices(rig.left), matrices(rig.right)
     r1, r2, p1, p2 = cv2.stereoRectify(k1, d1, k2, d2, size, rig.rotation, rig.translation.reshape(3, 1), alpha=0)[:4]
     left = _rectified(view.left, k1, d1, r1, p1)
@@ -42,10 +42,13 @@ def pair_errors(rig: Rig, view: View, board: Board, size: tuple[int, int]) -> tu
         return np.nan, np.nan
     points = cv2.triangulatePoints(p1, p2, left.T, right.T)
     points = (points[:3] / points[3]).T
-    last = board.columns - 1
-    lengths = np.array([np.linalg.norm(points[i] - points[j]) for i, j in ((0, -1), (last, -1 - last))])
-    diagonal = board.square_mm * np.hypot(last, board.rows - 1)
-    return float(np.nanmean(rows)), float(100 * np.abs(lengths / diagonal - 1).mean())
+    flat, there = board.corners_mm, np.flatnonzero(~np.isnan(rows))
+    ends = [
+        (there[k.argmin()], there[k.argmax()])
+        for k in (flat[there, 0] + flat[there, 1], flat[there, 0] - flat[there, 1])
+    ]
+    errors = [np.linalg.norm(points[i] - points[j]) / np.linalg.norm(flat[i] - flat[j]) - 1 for i, j in ends]
+    return float(np.nanmean(rows)), float(100 * np.abs(errors).mean())
 
 
 def _rectified(points, matrix, distortion, rotation, projection):

@@ -125,7 +125,14 @@ def _corners_left_out(solution, views):
 
 
 def _outlines(views, board):
-    """The four outer corners of each board in each picture, one after the other round it."""
-    last = board.columns - 1
-    outer = [0, last, board.columns * board.rows - 1, board.columns * board.rows - 1 - last]
-    return np.array([[view.left[outer], view.right[outer]] for view in views], float)
+    """The four outer corners of each board, or of what is seen of it, in each picture, one after the other round it."""
+    return np.array([[_outer(view.left, board), _outer(view.right, board)] for view in views], float)
+
+
+def _outer(seen, board):
+    """Of what is seen of a board, the corners nearest to its own four; NaN where it is not seen."""
+    there = np.flatnonzero(~np.isnan(seen[:, 0]))
+    if not len(there):
+        return np.full((4, 2), np.nan)
+    x, y = board.corners_mm[there, :2].T
+    return seen[there[[(x + y).argmin(), (x - y).argmax(), (x + y).argmax(), (x - y).argmin()]]]

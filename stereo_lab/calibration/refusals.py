@@ -12,6 +12,7 @@ from stereo_lab.calibration.solver import FEWEST
 from stereo_lab.calibration.views import View
 from stereo_lab.errors import CalibrationError, SwappedSidesError
 from stereo_lab.recording import Board, StereoPair
+from stereo_lab.recording.bounds import CHARUCO
 
 STILL = 0.01  # of the picture's width: a board that moves less does not move
 BLURRED_FOCAL_PERCENT = 5.0  # beyond, nothing that the cameras tell is worth a word
@@ -24,9 +25,9 @@ def check_enough(found: Sequence[View], pairs: Sequence[StereoPair], board: Boar
     if len(found) < len(pairs) / 2:
         check_board_size(pairs, board)
     raise CalibrationError(
-        f"The board with {board.columns}x{board.rows} inner corners was found in {len(found)} of {len(pairs)} "
+        f"The {board} was found in {len(found)} of {len(pairs)} "
         f"pairs; at least {FEWEST} are needed, and 15 to 25 are good. Take more, sharp and well lit, "
-        "with the whole board in both pictures."
+        f"with {'much of the' if board.kind == CHARUCO else 'the whole'} board in both pictures."
     )
 
 
@@ -34,7 +35,7 @@ def check_spread(views: Sequence[View], size: tuple[int, int]) -> None:
     """Refuse a board that never moves: it tells one view of itself, however many pictures there are."""
     for seen in ("left", "right"):
         corners = np.array([getattr(view, seen) for view in views])
-        if corners.std(axis=0).mean() < STILL * size[0]:
+        if np.ma.masked_invalid(corners).std(axis=0).mean() < STILL * size[0]:
             raise CalibrationError(
                 f"The board is in the same place in all {len(corners)} pairs. Between two pictures, move it to another "
                 "part of the picture, turn it, and tilt it to another side."

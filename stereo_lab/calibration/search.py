@@ -64,7 +64,7 @@ def find_views(
 
 def _view(name, left, right, board):
     """The corners of one pair, in one order; NaN for the camera that does not see the board."""
-    nowhere = np.full((board.columns * board.rows, 2), np.nan)
+    nowhere = np.full((len(board.corners_mm), 2), np.nan)
     if left is None or right is None:
         return View(name, nowhere if left is None else left, nowhere if right is None else right)
     return View(name, left, match_order(left, right, board))

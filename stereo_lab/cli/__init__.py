@@ -8,11 +8,12 @@ import sys
 from collections.abc import Sequence
 
 from stereo_lab.cli.arm import ARM_ACTIONS, run_arm
+from stereo_lab.cli.capture import run_board, run_import
 from stereo_lab.cli.checks import run_bench, run_test
 from stereo_lab.cli.course import run_progress, run_reset, run_start
 from stereo_lab.cli.live import run_live, run_log, run_watch
 from stereo_lab.cli.terminal import BAD_INPUT, STOPPED, check_json_option, clear_line, flush_output
-from stereo_lab.cli.vision import run_calibrate, run_demo, run_detect, run_import, run_render
+from stereo_lab.cli.vision import run_calibrate, run_demo, run_detect, run_render
 from stereo_lab.errors import StereoLabError
 
 
@@ -123,12 +124,37 @@ def _parser():
     )  # fmt: skip
     bring.add_argument("--left", required=True, metavar="GLOB", help="pattern of the left pictures, in quotes")
     bring.add_argument("--right", required=True, metavar="GLOB")
-    bring.add_argument("--board", required=True, metavar="9x6", help="inner corners, columns x rows")
-    bring.add_argument("--square-mm", required=True, metavar="MM", help="side of one square in millimetres")
+    bring.add_argument(
+        "--board", required=True, metavar="9x6",
+        help="columns x rows: of a chessboard its inner corners, of a ChArUco board its squares",
+    )  # fmt: skip
+    _add_board(bring, required=True)
     bring.add_argument("--out", required=True, metavar="DIR", help="folder to make")
     bring.add_argument("--ball-color", default="red", metavar="NAME")
     bring.add_argument("--ball-mm", default="40", metavar="MM", help="diameter of the ball (default: %(default)s)")
     _add_json(bring)
+
+    board = add(
+        "board", run_board, "Make a PDF to print: a board for the calibration, or marks for the table.",
+        "board board.pdf --columns 9 --rows 6 --square-mm 25 --paper A4",
+    )  # fmt: skip
+    board.add_argument("out", metavar="FILE", help="the PDF to write")
+    board.add_argument(
+        "--columns",
+        default="9",
+        metavar="N",
+        help="of a chessboard its inner corners, of a ChArUco board its squares (9)",
+    )
+    board.add_argument("--rows", default="6", metavar="N", help="the same, downwards (6)")
+    _add_board(board)
+    board.add_argument("--paper", default="A4", metavar="NAME", help="A4, Letter or A3 (default: %(default)s)")
+    board.add_argument(
+        "--marks", action="store_true", help="instead of a board: crosses for the table, marked with their x and depth"
+    )
+    board.add_argument("--sheets", type=int, default=3, metavar="N", help="of marks, one behind the other (3)")
+    board.add_argument(
+        "--from-mm", type=float, default=500, metavar="MM", help="depth of the first line of marks (500)"
+    )
 
     render = add(
         "render",
@@ -240,6 +266,19 @@ def _add_recording(parser):
         help="folder or name of a recording (default: $STEREO_LAB_RECORDING, else the shipped bench)",
     )  # fmt: skip
     _add_json(parser)
+
+
+def _add_board(parser, required=False):
+    """What else there is to say of a board."""
+    parser.add_argument(
+        "--square-mm", required=required, default="25", metavar="MM", help="side of one square in millimetres"
+    )
+    parser.add_argument("--charuco", action="store_true", help="it is a ChArUco board: a chessboard with markers in it")
+    parser.add_argument("--marker-mm", metavar="MM", help="side of one marker (default: three quarters of a square)")
+    parser.add_argument(
+        "--dictionary", default="DICT_4X4_50", metavar="NAME",
+        help="what the markers are taken from, by OpenCV's name (default: %(default)s)",
+    )  # fmt: skip
 
 
 def _add_json(parser):

@@ -1,4 +1,4 @@
-"""The commands of the cameras: demo, calibrate, detect, import, render."""
+"""The commands of the cameras: demo, calibrate, detect, render."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 import time
 from pathlib import Path
 
-from stereo_lab.cli.terminal import OK, WANTING, Progress, me, write_json_option
+from stereo_lab.cli.terminal import OK, WANTING, Progress, write_json_option
 from stereo_lab.errors import StereoLabError
 
 FRAMES_LEARNED = 60  # of a video: enough that some show the ball clearly
@@ -156,30 +156,6 @@ def _color_from(path):
         images.append(read_image(Path(path).parent / (row["file"] or "").strip()))
         circles.append(circle)
     return BallColor.from_samples(images, circles)
-
-
-WAYS = ("across", "down")
-
-
-def run_import(options: argparse.Namespace) -> int:
-    """Make a recording from board pictures taken elsewhere. The exit code is OK."""
-    from stereo_lab.recording import Ball, Board, import_images
-    from stereo_lab.recording.bounds import color_name, corner_count, length_mm
-
-    parts = options.board.lower().replace("×", "x").split("x")
-    if len(parts) != 2:
-        raise StereoLabError(f"--board: expected columns x rows of inner corners, as in 9x6; got {options.board!r}.")
-    columns, rows = (corner_count(p, f"--board, inner corners {way}") for p, way in zip(parts, WAYS, strict=True))
-    board = Board(columns, rows, length_mm(options.square_mm, "--square-mm"))
-    ball = Ball(color_name(options.ball_color, "--ball-color"), length_mm(options.ball_mm, "--ball-mm"))
-    recording = import_images(options.left, options.right, board, options.out, ball)
-    pairs = recording.pairs("calibration")
-    print(f"{recording.path}: {len(pairs)} pairs of {recording.image_size[0]}x{recording.image_size[1]} pixels.")
-    print(f"Next: {me()} calibrate {options.out}")
-    write_json_option(
-        options.json, {"path": str(recording.path), "pairs": len(pairs), "image_size": list(recording.image_size)}
-    )
-    return OK
 
 
 def run_render(options: argparse.Namespace) -> int:

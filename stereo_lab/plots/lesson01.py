@@ -65,8 +65,15 @@ def error_by_pair(
     if dropped:
         ax.legend(loc="upper left")
     ax.axhline(typical_px, color=BLACK, linestyle="--")
-    beside = {"xycoords": ("axes fraction", "data"), "xytext": (4, 0), "textcoords": "offset points"}
-    ax.annotate("median", (1, typical_px), va="center", annotation_clip=False, **beside)
+    ax.annotate(
+        "median",
+        (1, typical_px),
+        (4, 0),
+        ("axes fraction", "data"),
+        "offset points",
+        annotation_clip=False,
+        va="center",
+    )
     ax.set_xticks(range(len(names)), names, rotation=90)
     ax.set_xlabel("pair")
     ax.set_ylabel("reprojection error (px)")

@@ -14,6 +14,9 @@ PICTURE_PX = (8, 20_000)  # one side; see also LARGEST_PICTURE in pictures.py
 PICTURES_A_SECOND = (0.001, 1_000.0)  # from one in a quarter of an hour to the fastest webcam ten times over
 MOST_GRAMS = 100_000.0  # of a part of an arm
 TURNS_DEG = (-3_600.0, 3_600.0)  # ten turns each way
+CHESSBOARD, CHARUCO = KINDS = ("chessboard", "charuco")
+MARKER_PART = (0.5, 0.9)  # of a square's side
+DICTIONARIES = {f"DICT_{bits}X{bits}_{count}": count for bits in (4, 5, 6, 7) for count in (50, 100, 250, 1000)}
 COLORS = ("red", "orange", "yellow", "green", "blue")
 
 
@@ -56,9 +59,51 @@ def place_mm(value: Any, where: str) -> float:
     return number_in(value, where, -LENGTHS_MM[1], LENGTHS_MM[1], "mm")
 
 
-def corner_count(value: Any, where: str) -> int:
-    """Inner corners of a chessboard, one way."""
-    return whole_in(value, where, FEWEST_CORNERS, MOST_CORNERS)
+def corner_count(value: Any, where: str, squares: int = 0) -> int:
+    """Inner corners of a board, one way; or its squares, of which there is one more: ``squares`` is 1 then."""
+    return whole_in(value, where, FEWEST_CORNERS + squares, MOST_CORNERS + squares)
+
+
+def board_kind(value: Any, where: str) -> str:
+    """One of :data:`KINDS`.
+
+    Raises
+    ------
+    RecordingError
+        For any other name.
+    """
+    if value not in KINDS:
+        raise RecordingError(f"{where}: expected {' or '.join(KINDS)}, got {reprlib.repr(value)}.")
+    return value
+
+
+def markers_that_fit(value: Any, square_mm: float, where: str) -> float:
+    """Side of a ChArUco board's markers, in mm.
+
+    Raises
+    ------
+    RecordingError
+        If they do not fit into a square with white round them, or are too small to be read in it.
+    """
+    low, high = (part * square_mm for part in MARKER_PART)
+    return number_in(value, where, low, high, "mm, half to nine tenths of a square")
+
+
+def dictionary_name(value: Any, markers: int, where: str) -> str:
+    """The name of one of OpenCV's marker dictionaries that has enough markers.
+
+    Raises
+    ------
+    RecordingError
+        For any other name, and for a dictionary that is too small.
+    """
+    if value not in DICTIONARIES:
+        raise RecordingError(
+            f"{where}: expected one of DICT_4X4_50 to DICT_7X7_1000, such as DICT_5X5_100; got {reprlib.repr(value)}."
+        )
+    if DICTIONARIES[value] < markers:
+        raise RecordingError(f"{where}: {value} has {DICTIONARIES[value]} markers, and the board needs {markers}.")
+    return value
 
 
 def color_name(value: Any, where: str) -> str:

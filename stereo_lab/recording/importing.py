@@ -7,6 +7,7 @@ import os
 import re
 import shutil
 import tempfile
+from dataclasses import asdict
 from pathlib import Path
 
 import cv2
@@ -54,7 +55,7 @@ def import_images(
         "made_by": "camera",
         "image_size": list(size),
         "frame_rate": 10,
-        "board": {"columns": board.columns, "rows": board.rows, "square_mm": board.square_mm},
+        "board": {name: value for name, value in asdict(board).items() if value is not None},
         "ball": {"color": color_name(ball.color, "ball color"), "diameter_mm": ball.diameter_mm},
     }
     _build_whole(out, halves, facts)

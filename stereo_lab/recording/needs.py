@@ -32,7 +32,9 @@ def with_sets(recording: Recording, *needed: str) -> Recording:
     lacking = [name for name in needed if not _has(recording, name)]
     if lacking:
         take = "; ".join(TAKE[name] for name in lacking)
-        print(f"{recording.title}: what follows needs more than is there, so the shipped bench stands in. Take: {take}.")
+        print(
+            f"{recording.title}: what follows needs more than is there, so the shipped bench stands in. Take: {take}."
+        )
         return open_recording("bench")
     if "position" in needed and not recording.has_samples("evaluation"):
         print("no evaluation set: the check samples of position and depth are kept out of the fit and judge it")

@@ -11,15 +11,20 @@ from stereo_lab.common.files import check_format, read_json
 from stereo_lab.errors import RecordingError, StereoLabError
 from stereo_lab.kinematics import ArmWeight, TwoLinkArm
 from stereo_lab.recording.bounds import (
+    CHARUCO,
+    CHESSBOARD,
     COLORS,
     LENGTHS_MM,
     MOST_GRAMS,
     PICTURE_PX,
     PICTURES_A_SECOND,
     TURNS_DEG,
+    board_kind,
     color_name,
     corner_count,
+    dictionary_name,
     length_mm,
+    markers_that_fit,
     number_in,
     plain_name,
     whole_in,
@@ -84,11 +89,7 @@ def _parse(folder, facts):
         made_by=str(facts.get("made_by", "camera")),
         image_size=_parse_size(facts, where),
         frame_rate=number_in(facts.get("frame_rate", 10), f"{where}, frame_rate", *PICTURES_A_SECOND),
-        board=Board(
-            corner_count(board.get("columns"), f"{where}, board columns"),
-            corner_count(board.get("rows"), f"{where}, board rows"),
-            length_mm(board.get("square_mm"), f"{where}, board square_mm"),
-        ),
+        board=_parse_board(board, where),
         ball=Ball(
             color_name(ball.get("color", "red"), f"{where}, ball color"),
             length_mm(ball.get("diameter_mm"), f"{where}, ball diameter_mm"),
@@ -99,6 +100,19 @@ def _parse(folder, facts):
         calibrated_by=_parse_other(facts, where),
         truth=read_truth(folder / "truth.json"),
     )
+
+
+def _parse_board(facts, where):
+    """A chessboard, or where it says so a ChArUco board."""
+    kind = board_kind(facts.get("kind", CHESSBOARD), f"{where}, board kind")
+    charuco = kind == CHARUCO
+    columns, rows = (corner_count(facts.get(way), f"{where}, board {way}", int(charuco)) for way in ("columns", "rows"))
+    square = length_mm(facts.get("square_mm"), f"{where}, board square_mm")
+    if not charuco:
+        return Board(columns, rows, square)
+    marker = markers_that_fit(facts.get("marker_mm"), square, f"{where}, board marker_mm")
+    dictionary = dictionary_name(facts.get("dictionary"), columns * rows // 2, f"{where}, board dictionary")
+    return Board(columns, rows, square, kind, marker, dictionary)
 
 
 def _parse_size(facts, where):

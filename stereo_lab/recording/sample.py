@@ -8,39 +8,77 @@ from pathlib import Path
 import numpy as np
 
 from stereo_lab.errors import RecordingError
-from stereo_lab.recording.bounds import color_name, corner_count, length_mm
+from stereo_lab.recording.bounds import (
+    CHARUCO,
+    CHESSBOARD,
+    board_kind,
+    color_name,
+    corner_count,
+    dictionary_name,
+    length_mm,
+    markers_that_fit,
+)
 from stereo_lab.recording.pictures import read_image
 
 
 @dataclass(frozen=True)
 class Board:
-    """A chessboard, told by its *inner* corners (where four squares meet).
+    """A flat board whose corners a camera can find: a chessboard, or a ChArUco board.
+
+    A ChArUco board is a chessboard with a marker in each white square. A marker tells its number, so a board counts that is
+    only partly in the picture.
 
     Attributes
     ----------
-    columns, rows : int, of inner corners
+    columns, rows : int
+        Of a chessboard its *inner* corners, where four squares meet; of a ChArUco board its *squares*.
     square_mm : float, side of one square
+    kind : str, "chessboard" or "charuco"
+    marker_mm : float or None, side of one marker of a ChArUco board
+    dictionary : str or None, what its markers are taken from, by OpenCV's name: "DICT_5X5_100"
 
     Raises
     ------
     StereoLabError
-        If it has fewer than 3 or more than 100 of them each way, or its squares fit into no room.
+        If it has fewer than 3 or more than 100 inner corners each way, its squares fit into no room, its markers do not fit
+        into its squares, or their dictionary is unknown or too small.
     """
 
     columns: int
     rows: int
     square_mm: float
+    kind: str = CHESSBOARD
+    marker_mm: float | None = None
+    dictionary: str | None = None
 
     def __post_init__(self):
-        corner_count(self.columns, "board columns")
-        corner_count(self.rows, "board rows")
+        board_kind(self.kind, "board kind")
+        squares = int(self.kind == CHARUCO)
+        corner_count(self.columns, "board columns", squares)
+        corner_count(self.rows, "board rows", squares)
         length_mm(self.square_mm, "board square_mm")
+        if self.kind == CHARUCO:
+            markers_that_fit(self.marker_mm, self.square_mm, "board marker_mm")
+            dictionary_name(self.dictionary, self.columns * self.rows // 2, "board dictionary")
+
+    @property
+    def grid(self) -> tuple[int, int]:
+        """Inner corners across and down."""
+        squares = int(self.kind == CHARUCO)
+        return self.columns - squares, self.rows - squares
 
     @property
     def corners_mm(self) -> np.ndarray:
-        """Inner corners on the board, row by row, shape (rows * columns, 3), z = 0."""
-        grid = np.mgrid[: self.columns, : self.rows].T.reshape(-1, 2)
-        return np.column_stack([grid * self.square_mm, np.zeros(len(grid))])
+        """Inner corners on the board, row by row, shape (corners, 3), z = 0."""
+        across, down = self.grid
+        places = np.mgrid[:across, :down].T.reshape(-1, 2)
+        return np.column_stack([places * self.square_mm, np.zeros(len(places))])
+
+    def __str__(self) -> str:
+        """As it is told in messages."""
+        if self.kind == CHARUCO:
+            return f"ChArUco board of {self.columns}x{self.rows} squares, {self.dictionary}"
+        return f"board with {self.columns}x{self.rows} inner corners"
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,74 @@
+"""The commands of one's own cameras: board, import."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING
+
+from stereo_lab.cli.terminal import OK, me, write_json_option
+from stereo_lab.errors import StereoLabError
+
+if TYPE_CHECKING:
+    from stereo_lab.recording import Board
+
+
+def board_of(columns: str, rows: str, options: argparse.Namespace, told_by: tuple[str, str]) -> Board:
+    """A board by its counts, which ``told_by`` names, and by the options --square-mm, --charuco, --marker-mm and --dictionary.
+
+    Raises
+    ------
+    StereoLabError
+        If there can be no such board.
+    """
+    from stereo_lab.recording import Board
+    from stereo_lab.recording.bounds import CHARUCO, corner_count, dictionary_name, length_mm, markers_that_fit
+
+    counted, more = ("squares", 1) if options.charuco else ("inner corners", 0)
+    across = corner_count(columns, f"{told_by[0]}, {counted} across", more)
+    down = corner_count(rows, f"{told_by[1]}, {counted} down", more)
+    square = length_mm(options.square_mm, "--square-mm")
+    if not options.charuco:
+        return Board(across, down, square)
+    marker = markers_that_fit(options.marker_mm or 0.75 * square, square, "--marker-mm")
+    return Board(
+        across, down, square, CHARUCO, marker, dictionary_name(options.dictionary, across * down // 2, "--dictionary")
+    )
+
+
+def run_import(options: argparse.Namespace) -> int:
+    """Make a recording from board pictures taken elsewhere. The exit code is OK."""
+    from stereo_lab.recording import Ball, import_images
+    from stereo_lab.recording.bounds import color_name, length_mm
+
+    parts = options.board.lower().replace("×", "x").split("x")
+    if len(parts) != 2:
+        raise StereoLabError(f"--board: expected columns x rows of inner corners, as in 9x6; got {options.board!r}.")
+    board = board_of(parts[0], parts[1], options, ("--board", "--board"))
+    ball = Ball(color_name(options.ball_color, "--ball-color"), length_mm(options.ball_mm, "--ball-mm"))
+    recording = import_images(options.left, options.right, board, options.out, ball)
+    pairs = recording.pairs("calibration")
+    print(f"{recording.path}: {len(pairs)} pairs of {recording.image_size[0]}x{recording.image_size[1]} pixels.")
+    print(f"Next: {me()} calibrate {options.out}")
+    write_json_option(
+        options.json, {"path": str(recording.path), "pairs": len(pairs), "image_size": list(recording.image_size)}
+    )
+    return OK
+
+
+def run_board(options: argparse.Namespace) -> int:
+    """Write a board, or marks for the table, as a PDF true to scale."""
+    from stereo_lab.capture import PAPERS_MM, board_sheet, mark_sheets
+    from stereo_lab.common.files import write_whole
+    from stereo_lab.plots import sheets_pdf
+
+    paper = {name.lower(): name for name in PAPERS_MM}.get(options.paper.lower(), options.paper)
+    if options.marks:
+        sheets = mark_sheets(paper, options.sheets, options.from_mm)
+        what = f"{len(sheets)} sheet(s) of marks, {paper}. Lay them one behind the other, line on line."
+    else:
+        board = board_of(options.columns, options.rows, options, ("--columns", "--rows"))
+        sheets, what = [board_sheet(board, paper)], f"{board}, squares of {board.square_mm:g} mm, {paper}."
+    write_whole(options.out, sheets_pdf(sheets))
+    print(f"{options.out}: {what}")
+    print("Print it at 100 %, not fitted to the page, and measure the line of 100 mm.")
+    return OK
