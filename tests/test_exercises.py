@@ -415,10 +415,10 @@ def test_the_form_of_a_right_answer_does_not_matter(kind, answer):
 @pytest.mark.parametrize(
     ("kind", "answer", "told"),
     [
-        (Choice("grows", (Wrong("shrinks", "no"), Wrong("stays", "no")), "yes"), "not grows", "not among"),
-        (Choice("grows", (Wrong("shrinks", "no"), Wrong("stays", "no")), "yes"), "grows or shrinks", "not among"),
+        (Choice("grows", (Wrong("shrinks", "no"), Wrong("stays", "no")), "yes"), "not grows", "says what it is not"),
+        (Choice("grows", (Wrong("shrinks", "no"), Wrong("stays", "no")), "yes"), "grows or shrinks", "two of the answers"),
         (Choice("unseen pairs", (Wrong("the same pairs", "no"), Wrong("more", "no")), "yes"), "pairs", "not among"),
-        (Choice("right", (Wrong("left", "no"),), "yes"), "never right", "not among"),
+        (Choice("right", (Wrong("left", "no"),), "yes"), "never right", "says what it is not"),
         (Choice("right", (Wrong("left", "no"),), "yes"), "it can't be right", "not among"),
         (Choice("right", (Wrong("left", "no left"),), "yes"), "left, not right", "no left"),
         (Number(115.6, 0.5, "px"), (115, 6), "Write 115.6 with a point"), (Number(640, 0, "px"), (480, 640), "these are 2."),
@@ -487,3 +487,19 @@ def test_nothing_in_quotes_is_no_attempt():
 
 def test_a_blank_in_quotes_is_no_attempt():
     assert judge(Choice("a ring", (Wrong("a line", "no"),), "yes"), "a ____").status == "NOT ATTEMPTED"
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        ("left or right", "these are two of the answers. Take one: left; right."),
+        ("not left", "'not left' says what it is not. Say what it is: left; right."),
+        ("I don't know", "a wrong guess costs nothing. Take one: left; right."),
+        ("?", "a wrong guess costs nothing. Take one: left; right."),
+        ("up", "'up' is not among the answers: left; right."),
+    ],
+)
+def test_words_that_are_no_answer_are_told_why(words, says):
+    choice = Choice("right", (Wrong("left", "look again."),), "so it is.")
+    verdict = choice.judge(words)
+    assert verdict.status == "NOT YET" and verdict.text == says

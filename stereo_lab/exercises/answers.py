@@ -14,7 +14,15 @@ from numpy.typing import ArrayLike
 
 from stereo_lab.exercises.blank import is_blank
 from stereo_lab.exercises.mistakes import of_a_function, of_a_number
-from stereo_lab.exercises.reading import OPEN_WORDS, as_numbers, key_words, numbers_in, without_contrast
+from stereo_lab.exercises.reading import (
+    NEGATIONS,
+    OPEN_WORDS,
+    UNSURE,
+    as_numbers,
+    key_words,
+    numbers_in,
+    without_contrast,
+)
 from stereo_lab.exercises.wording import a_kind, error_in_words, in_plain_words, kind_of, say
 
 OF_A_MISTAKE = 0.05  # so near to a known mistake is that mistake: else 0 would be taken for metres
@@ -182,7 +190,18 @@ class Choice:
         for mistake in self.wrong:
             if meant == mistake.answer:
                 return Verdict(NOT_YET, mistake.message)
-        return Verdict(NOT_YET, f"{reprlib.repr(word)} is not among the answers: {listed}.")
+        return Verdict(NOT_YET, f"{self._why_none(word)}: {listed}.")
+
+    def _why_none(self, word):
+        """Why words are none of the options."""
+        words = key_words(word)
+        if not words or words & UNSURE:
+            return "a wrong guess costs nothing. Take one"
+        if sum(key_words(option) <= words for option in self.options) > 1:
+            return "these are two of the answers. Take one"
+        if words & NEGATIONS:
+            return f"{reprlib.repr(word)} says what it is not. Say what it is"
+        return f"{reprlib.repr(word)} is not among the answers"
 
     def _meant(self, answer):
         """The one option that has the same words, or all of the answer's, or whose words the answer has; else None.

@@ -56,6 +56,8 @@ OPEN_WORDS = frozenset(
         "filled",
     ]
 )
+NEGATIONS = frozenset("not no nor neither never isn wasn aren doesn didn won without hardly barely".split())
+UNSURE = frozenset("know idea guess unsure sure maybe".split())
 NO_NUMBERS = OPEN_WORDS - {"above", "below", "half"} | {"hundred", "thousand", "million", "dozen", "small"}
 CODE = re.compile(r"\s*[a-z_]\w*\s*[-+*/]\s*[\w(]|.*[a-z]\w*(\.[a-z_]|\[|\(|_\w)", re.IGNORECASE)
 # What a unit measures, and how many of the kit's unit it is
