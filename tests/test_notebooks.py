@@ -9,6 +9,8 @@ import pytest
 from nbclient import NotebookClient
 
 from conftest import ROOT
+from stereo_lab.calibration import calibrate_recording
+from stereo_lab.capture import export_calibration, import_calibration, recording_of
 from stereo_lab.exercises import LESSONS, questions
 from stereo_lab.recording import open_recording
 
@@ -284,6 +286,17 @@ def test_it_runs_on_three_sets_without_truth(path, monkeypatch, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("path", NOTEBOOKS[2:], ids=lambda path: path.stem)
+def test_it_runs_on_a_calibration_from_elsewhere(path, monkeypatch, tmp_path, bench):
+    files = export_calibration(calibrate_recording(bench), tmp_path / "files")
+    mine = part_of_bench(tmp_path / "mine", {name: name for name in ("position", "depth")})
+    recording_of(import_calibration(files[1:]), mine, bench.ball)
+    text = run(path, monkeypatch, mine)
+    assert "Our own rig" in text and "stands in" not in text.replace("pictures stand in", "")
+    assert "NOT YET" not in text and not NO_NUMBER.search(text)
+
+
+@pytest.mark.slow
 def test_it_runs_on_a_calibration_alone(monkeypatch, tmp_path):
     """Lesson 01 does all of it; where the bench stands in, the rest of a lesson is what nbval runs anyway."""
     mine = part_of_bench(tmp_path / "mine", {"calibration": "calibration"})
@@ -305,7 +318,7 @@ def says_what_is_missing(path, monkeypatch, recording):
     first = next(k for k, cell in enumerate(notebook.cells) if cell.cell_type == "code")
     notebook.cells = notebook.cells[: first + 1]
     text = execute(notebook, monkeypatch, recording)
-    assert "Our own rig: this lesson needs more" in text and "Take: " in text and "the shipped bench stands in" in text
+    assert "Our own rig: what follows needs more" in text and "Take: " in text and "the shipped bench stands in" in text
     assert open_recording(ROOT / "data" / "bench").title in text
 
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from stereo_lab.calibration import uncertainty
 from stereo_lab.calibration.bundle import Rig
-from stereo_lab.calibration.saved import ARRAYS, read_saved
+from stereo_lab.calibration.saved import ARRAYS, NUMBERS, read_saved
 from stereo_lab.common.files import write_json
 from stereo_lab.errors import CalibrationError
 
@@ -32,7 +32,8 @@ class StereoCalibration:
     left_matrix, right_matrix : ndarray, shape (3, 3), px
     left_distortion, right_distortion : ndarray, as ``cv2.calibrateCamera`` orders it
     rotation, translation_mm : ndarray, shapes (3, 3) and (3,)
-    rms_px, left_rms_px, right_rms_px : float, reprojection error of both together, and of each camera alone
+    rms_px, left_rms_px, right_rms_px : float, reprojection error of both together, and of each camera alone; NaN, as other
+        figures here, of a calibration made elsewhere
     vertical_error_px : float, mean row difference after rectification
     heldout_vertical_error_px, heldout_length_error_percent : float, on pairs that the fit has not seen; None with few
     focal_sigma_percent : float, standard deviation of the worse focal length
@@ -255,16 +256,11 @@ class StereoCalibration:
                 {"name": name, "side": side, "u": u, "v": v, "off_px": off}
                 for name, side, u, v, off in self.corners_left_out
             ],
-            "rms_px": self.rms_px,
-            "left_rms_px": self.left_rms_px,
-            "right_rms_px": self.right_rms_px,
-            "vertical_error_px": self.vertical_error_px,
+            **{name: _or_none(getattr(self, name)) for name in NUMBERS},
             "heldout_vertical_error_px": self.heldout_vertical_error_px,
             "heldout_length_error_percent": self.heldout_length_error_percent,
             "baseline_mm": self.baseline_mm,
             "focal_px": self.focal_px,
-            "focal_sigma_percent": self.focal_sigma_percent,
-            "board_bend_mm": self.board_bend_mm,
             "lens": self.lens,
             "depth_mm": self.depth_mm,
             "misfit": self.misfit,
@@ -294,6 +290,11 @@ class StereoCalibration:
             If the file is no calibration, or something in it cannot be used.
         """
         return cls(**read_saved(path))
+
+
+def _or_none(number):
+    """None for what is not known: JSON has no NaN."""
+    return None if np.isnan(number) else number
 
 
 def _nine(matrix, distortion):

@@ -41,8 +41,8 @@ def read_saved(path: str | Path) -> dict[str, Any]:
         check_format(facts, path)
         return {
             "image_size": _size(facts["image_size"]),
-            **{key: _array(facts[key], shape, key) for key, shape in ARRAYS.items()},
-            **{key: finite_number(facts[key], key) for key in NUMBERS},
+            **{key: as_field(facts[key], shape, key) for key, shape in ARRAYS.items()},
+            **{key: np.nan if facts[key] is None else finite_number(facts[key], key) for key in NUMBERS},
             **{key: None if facts[key] is None else finite_number(facts[key], key) for key in NUMBERS_OR_NONE},
             **{key: str(facts[key]) for key in WORDS},
             "pairs": whole_in(facts["pairs"], "pairs", 0, MOST_PAIRS),
@@ -81,8 +81,14 @@ def _size(value):
     return tuple(whole_in(v, "image_size", *PICTURE_PX) for v in value)
 
 
-def _array(value, shape, name):
-    """An array of this shape, fit for what its name says."""
+def as_field(value: Any, shape: tuple[int, ...], name: str) -> np.ndarray:
+    """An array of this shape, fit for what its name says.
+
+    Raises
+    ------
+    CalibrationError
+        If it has another shape, is not finite, or can be no such thing: a rotation that is none.
+    """
     try:
         array = np.asarray(value, float).reshape(shape)
     except (TypeError, ValueError, OverflowError) as error:
@@ -97,7 +103,7 @@ def _array(value, shape, name):
 
 def _covariance(value):
     """Of the 24 unknowns of two cameras; None in files of before there was one."""
-    return None if value is None else _array(value, (24, 24), "covariance")
+    return None if value is None else as_field(value, (24, 24), "covariance")
 
 
 def _corner(entry):

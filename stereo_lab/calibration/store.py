@@ -19,6 +19,7 @@ from stereo_lab.common.files import read_bytes, user_folder
 from stereo_lab.errors import CalibrationError, RecordingError, StereoLabError, SwappedSidesError
 from stereo_lab.recording import Recording, open_recording
 
+TAKEN_OVER = "taken over from elsewhere"  # in the place of the key: a calibration whose boards are not here
 BROUGHT, KEPT, MADE = "it came with the recording", "kept from an earlier run", "made just now"
 
 
@@ -49,17 +50,26 @@ def find_calibration(
 ) -> tuple[StereoCalibration, str]:
     """The same, and where it comes from: BROUGHT, KEPT or MADE."""
     recording = boards_of(recording)
-    key = _key(recording)
+    key = _key(recording) if "calibration" in recording.sets else TAKEN_OVER
     for path, source in ((recording.path / "calibration.json", BROUGHT), (_user_path(key), KEPT)):
         found = _read(path, key)
         if found is not None:
             return found, source
+    if key == TAKEN_OVER:
+        raise CalibrationError(
+            f"{recording.title} has no pictures of boards, in calibration/left and calibration/right."
+        )
     return _make(recording, key, progress), MADE
 
 
 def calibrate_anew(recording: Recording, progress: Callable[[int, int], object] | None = None) -> StereoCalibration:
-    """Do the work even where a calibration is at hand; the result is kept in the user's folder."""
+    """Do the work even where a calibration is at hand; the result is kept in the user's folder.
+
+    Of a recording whose calibration was taken over from elsewhere it is that one: there is nothing to make one of.
+    """
     recording = boards_of(recording)
+    if "calibration" not in recording.sets:
+        return find_calibration(recording)[0]
     return _make(recording, _key(recording), progress)
 
 

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 
 from stereo_lab.cli.arm import ARM_ACTIONS, run_arm
-from stereo_lab.cli.capture import run_board, run_import
+from stereo_lab.cli.capture import run_board, run_export, run_import
 from stereo_lab.cli.checks import run_bench, run_test
 from stereo_lab.cli.course import run_progress, run_reset, run_start
 from stereo_lab.cli.live import run_live, run_log, run_watch
@@ -119,20 +119,32 @@ def _parser():
     _add_json(detect)
 
     bring = add(
-        "import", run_import, "Make a recording from board pictures you have.",
+        "import", run_import, "Make a recording from board pictures you have, or take over a calibration made elsewhere.",
         'import --left "shots/left*.jpg" --right "shots/right*.jpg" --board 9x6 --square-mm 25 --out data/mine',
     )  # fmt: skip
-    bring.add_argument("--left", required=True, metavar="GLOB", help="pattern of the left pictures, in quotes")
-    bring.add_argument("--right", required=True, metavar="GLOB")
+    bring.add_argument("--left", metavar="GLOB", help="pattern of the left pictures, in quotes")
+    bring.add_argument("--right", metavar="GLOB")
     bring.add_argument(
-        "--board", required=True, metavar="9x6",
+        "--board", metavar="9x6",
         help="columns x rows: of a chessboard its inner corners, of a ChArUco board its squares",
     )  # fmt: skip
-    _add_board(bring, required=True)
+    _add_board(bring, square=None)
+    bring.add_argument(
+        "--calibration", nargs="+", metavar="FILE",
+        help="in the place of pictures: OpenCV's YAML, or the left and the right camera_info of ROS; --out may be a recording "
+        "that has no boards",
+    )  # fmt: skip
+    bring.add_argument("--unit", default="mm", help="of OpenCV's translation: mm, cm, inch or m (default: %(default)s)")
     bring.add_argument("--out", required=True, metavar="DIR", help="folder to make")
     bring.add_argument("--ball-color", default="red", metavar="NAME")
     bring.add_argument("--ball-mm", default="40", metavar="MM", help="diameter of the ball (default: %(default)s)")
     _add_json(bring)
+
+    give = add("export", run_export, "Write a calibration for other programs: OpenCV's YAML, and camera_info for ROS.",
+        "export bench --out calibration",
+    )  # fmt: skip
+    give.add_argument("--out", default="calibration", metavar="DIR", help="folder of the files (default: %(default)s)")
+    _add_recording(give)
 
     board = add(
         "board", run_board, "Make a PDF to print: a board for the calibration, or marks for the table.",
@@ -268,11 +280,9 @@ def _add_recording(parser):
     _add_json(parser)
 
 
-def _add_board(parser, required=False):
+def _add_board(parser, square="25"):
     """What else there is to say of a board."""
-    parser.add_argument(
-        "--square-mm", required=required, default="25", metavar="MM", help="side of one square in millimetres"
-    )
+    parser.add_argument("--square-mm", default=square, metavar="MM", help="side of one square in millimetres")
     parser.add_argument("--charuco", action="store_true", help="it is a ChArUco board: a chessboard with markers in it")
     parser.add_argument("--marker-mm", metavar="MM", help="side of one marker (default: three quarters of a square)")
     parser.add_argument(

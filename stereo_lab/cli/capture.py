@@ -1,4 +1,4 @@
-"""The commands of one's own cameras: board, import."""
+"""The commands of one's own cameras: board, import, export."""
 
 from __future__ import annotations
 
@@ -36,10 +36,19 @@ def board_of(columns: str, rows: str, options: argparse.Namespace, told_by: tupl
 
 
 def run_import(options: argparse.Namespace) -> int:
-    """Make a recording from board pictures taken elsewhere. The exit code is OK."""
+    """Make a recording from board pictures taken elsewhere, or of a calibration made elsewhere. The exit code is OK."""
     from stereo_lab.recording import Ball, import_images
     from stereo_lab.recording.bounds import color_name, length_mm
 
+    if options.calibration:
+        return _take_over(options)
+    lacking = [
+        f"--{name}" for name in ("left", "right", "board", "square-mm") if not getattr(options, name.replace("-", "_"))
+    ]
+    if lacking:
+        raise StereoLabError(
+            f"Expected {', '.join(lacking)} as well; or --calibration, to take over one made elsewhere."
+        )
     parts = options.board.lower().replace("×", "x").split("x")
     if len(parts) != 2:
         raise StereoLabError(f"--board: expected columns x rows of inner corners, as in 9x6; got {options.board!r}.")
@@ -52,6 +61,41 @@ def run_import(options: argparse.Namespace) -> int:
     write_json_option(
         options.json, {"path": str(recording.path), "pairs": len(pairs), "image_size": list(recording.image_size)}
     )
+    return OK
+
+
+def _take_over(options):
+    """A calibration made elsewhere, into a recording that has no boards, or into a new one."""
+    from stereo_lab.capture import import_calibration, recording_of
+    from stereo_lab.recording import Ball
+    from stereo_lab.recording.bounds import color_name, length_mm
+    from stereo_lab.results import report
+
+    if options.left or options.right:
+        raise StereoLabError("Either pictures of boards (--left, --right) or --calibration, not both.")
+    calibration = import_calibration(options.calibration, options.unit)
+    ball = Ball(color_name(options.ball_color, "--ball-color"), length_mm(options.ball_mm, "--ball-mm"))
+    recording = recording_of(calibration, options.out, ball)
+    print(*report.calibration_lines(calibration), sep="\n")
+    print(f"Next: put measured pairs of the ball into {recording.path}, in position and depth.")
+    write_json_option(options.json, {"path": str(recording.path), **calibration.facts()})
+    return OK
+
+
+def run_export(options: argparse.Namespace) -> int:
+    """Write the calibration of a recording as other programs read it."""
+    from stereo_lab.calibration import calibrate_recording
+    from stereo_lab.capture import export_calibration
+    from stereo_lab.cli.terminal import Progress
+    from stereo_lab.recording import open_recording
+
+    recording = open_recording(options.recording)
+    with Progress() as progress:
+        calibration = calibrate_recording(recording, lambda done, total: progress("find the boards", done, total))
+    files = export_calibration(calibration, options.out, recording.name)
+    for file, what in zip(files, ("OpenCV, in mm", "ROS, the left camera", "ROS, the right camera"), strict=True):
+        print(f"{file}: {what}")
+    write_json_option(options.json, {"files": [str(file) for file in files]})
     return OK
 
 

@@ -56,8 +56,25 @@ OPEN_WORDS = frozenset(
         "filled",
     ]
 )
-NEGATIONS = frozenset("not no nor neither never isn wasn aren doesn didn won without hardly barely".split())
-UNSURE = frozenset("know idea guess unsure sure maybe".split())
+NEGATIONS = frozenset(
+    [
+        "not",
+        "no",
+        "nor",
+        "neither",
+        "never",
+        "isn",
+        "wasn",
+        "aren",
+        "doesn",
+        "didn",
+        "won",
+        "without",
+        "hardly",
+        "barely",
+    ]
+)
+UNSURE = frozenset(["know", "idea", "guess", "unsure", "sure", "maybe"])
 NO_NUMBERS = OPEN_WORDS - {"above", "below", "half"} | {"hundred", "thousand", "million", "dozen", "small"}
 CODE = re.compile(r"\s*[a-z_]\w*\s*[-+*/]\s*[\w(]|.*[a-z]\w*(\.[a-z_]|\[|\(|_\w)", re.IGNORECASE)
 # What a unit measures, and how many of the kit's unit it is

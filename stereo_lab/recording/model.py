@@ -132,6 +132,11 @@ class Recording:
         return "calibration" in self.sets or bool(self.calibrated_by)
 
     @property
+    def is_calibrated(self) -> bool:
+        """Whether a calibration can be had: of its boards, or one that was taken over from elsewhere."""
+        return self.has_boards or (self.path / "calibration.json").is_file()
+
+    @property
     def ball_sets(self) -> list[str]:
         """Names of the sets that show the ball, single pictures first."""
         order = ("snaps", "evaluation", "position", "depth", "track")

@@ -6,8 +6,11 @@ from stereo_lab.recording.model import Recording
 from stereo_lab.recording.opening import open_recording
 
 BALL = "ball"  # any set of pictures of the ball, with or without numbers
+BOARDS = "boards"  # pictures of boards; a calibration may also have been taken over from elsewhere
+PAIRS_OF_BOARDS = "15 to 25 pairs of a chessboard, in calibration/left and calibration/right"
 TAKE = {
-    "calibration": "15 to 25 pairs of a chessboard, in calibration/left and calibration/right",
+    BOARDS: PAIRS_OF_BOARDS,
+    "calibration": PAIRS_OF_BOARDS,
     "position": "8 pairs of the ball in the plane of the arm, with their measured.csv, in position/",
     "depth": "6 pairs of the ball at growing distance, with their measured.csv, in depth/",
     BALL: "20 pictures of the ball, in snaps/left",
@@ -23,7 +26,7 @@ def with_sets(recording: Recording, *needed: str) -> Recording:
     Parameters
     ----------
     recording : Recording
-    needed : names of sets, or "ball" for any pictures of the ball
+    needed : names of sets; "ball" for any pictures of the ball, "boards" for pictures of boards
 
     Returns
     -------
@@ -44,6 +47,8 @@ def with_sets(recording: Recording, *needed: str) -> Recording:
 def _has(recording, name):
     if name == BALL:
         return bool(recording.ball_sets)
-    if name == "calibration":
+    if name == BOARDS:
         return recording.has_boards
+    if name == "calibration":
+        return recording.is_calibrated
     return recording.has_samples(name)

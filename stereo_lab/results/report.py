@@ -6,9 +6,12 @@ import base64
 import html
 from pathlib import Path
 
+import numpy as np
+
 from stereo_lab import plots
 from stereo_lab.calibration import StereoCalibration, depth_map, where_to_hold
 from stereo_lab.common.files import write_whole
+from stereo_lab.errors import CalibrationError
 from stereo_lab.recording import Recording
 from stereo_lab.results.evaluation import Results
 from stereo_lab.results.figures import FIGURES
@@ -20,7 +23,8 @@ PAPER_DEPTH_MM = 8.0  # the paper's Fig. 9: mean depth error, up to 2 m
 def rows(results: Results) -> list[tuple[str, str, str, str]]:
     """The table "paper | paper's method here | ours": list of (what, paper, theirs, ours)."""
     facts = results.facts()
-    table = [("stereo reprojection error, RMS (px)", "", "", f"{facts['calibration']['rms_px']:.3f}")]
+    rms = facts["calibration"]["rms_px"]
+    table = [] if rms is None else [("stereo reprojection error, RMS (px)", "", "", f"{rms:.3f}")]
     if facts["detection"]:
         share = {m: f"{100 * d['hits'] / d['frames']:.1f} %" for m, d in facts["detection"].items()}
         frames = facts["detection"]["cone"]["frames"]
@@ -123,6 +127,9 @@ DEMO = """<p>This is a {kind}.</p>
 
 def calibration_lines(calibration: StereoCalibration) -> list[str]:
     """A calibration in plain words, a line each."""
+    if np.isnan(calibration.rms_px):
+        size = f"baseline            {calibration.baseline_mm:.2f} mm, focal length {calibration.focal_px:.1f} px (rectified)"
+        return [size, "", f"verdict: {calibration.verdict}", *(f"  {reason}" for reason in calibration.reasons)]
     lines = [f"{len(calibration.used)} of {calibration.pairs} pairs used; boards found in {calibration.found}."]
     lines += [f"  without {name}: {why}" for name, why in calibration.dropped]
     lines += [
@@ -161,6 +168,10 @@ def kind_of(recording: Recording) -> str:
 
 def write_calibration(calibration: StereoCalibration, recording: Recording, path: str | Path) -> None:
     """Write one HTML file with what a calibration is worth, in words and as the map of its doubt."""
+    if calibration.covariance is None:
+        raise CalibrationError(
+            "This calibration does not say how well it knows its cameras, so there is nothing to draw."
+        )
     known = depth_map(calibration)
     fig, axes = plots.figure(1, 1, height=6.0, width=9.0)
     what = f"Uncertainty of depth by the calibration, {calibration.depth_mm / 1000:.1f} m away"

@@ -1,0 +1,276 @@
+"""Calibrations as other programs write them: OpenCV's YAML files, and the camera_info pairs of ROS.
+
+``cv2.stereoCalibrate`` tells how a point of the left camera's frame gets into the right one's: X_right = R X_left + T. ROS tells how
+each camera is turned for rectification, R1 and R2, and how far the rectified right one stands to the side, as P2[0, 3] = -f B,
+in metres. So R = R2ᵀ R1, and T = R2ᵀ (P2[0, 3] / f, 0, 0).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import yaml
+
+from stereo_lab.calibration import StereoCalibration
+from stereo_lab.calibration.store import TAKEN_OVER
+from stereo_lab.common.files import read_bytes, write_json, write_whole
+from stereo_lab.errors import CalibrationError
+from stereo_lab.recording import Ball, Recording, open_recording
+
+UNITS_MM = {"mm": 1.0, "cm": 10.0, "inch": 25.4, "m": 1000.0}
+BASELINE_MM = (10.0, 3000.0)  # of two cameras on a table, or on a mast
+NAMES = {  # what OpenCV's examples and common tools call each of them
+    "left_matrix": ("M1", "K1", "cameraMatrix1", "camera_matrix_1", "Camera_1_Matrix", "left_camera_matrix", "mtxL"),
+    "left_distortion": ("D1", "distCoeffs1", "dist_coeffs_1", "Camera_1_Distortion", "left_distortion", "distL"),
+    "right_matrix": ("M2", "K2", "cameraMatrix2", "camera_matrix_2", "Camera_2_Matrix", "right_camera_matrix", "mtxR"),
+    "right_distortion": ("D2", "distCoeffs2", "dist_coeffs_2", "Camera_2_Distortion", "right_distortion", "distR"),
+    "rotation": ("R", "rotation", "Rotation_Matrix"),
+    "translation_mm": ("T", "translation", "Translation_Vector"),
+}
+WIDTHS, HEIGHTS = ("image_width", "imageWidth", "width"), ("image_height", "imageHeight", "height")
+ROS_LENSES = {"plumb_bob": 5, "rational_polynomial": 8}
+
+
+def export_calibration(calibration: StereoCalibration, folder: str | Path, name: str = "stereo_lab") -> list[Path]:
+    """Write a calibration for other programs: ``stereo.yml`` for OpenCV, ``left.yaml`` and ``right.yaml`` for ROS.
+
+    Parameters
+    ----------
+    calibration : StereoCalibration
+    folder : path, made where it is not there
+    name : str, of the cameras, for ROS
+
+    Returns
+    -------
+    list of Path, the files
+    """
+    folder = Path(folder)
+    files = [folder / "stereo.yml", folder / "left.yaml", folder / "right.yaml"]
+    rectified = rectification(calibration)
+    write_whole(files[0], _opencv_text(calibration, rectified))
+    for file, side, (turn, projection) in zip(files[1:], ("left", "right"), rectified, strict=True):
+        write_whole(
+            file,
+            yaml.safe_dump(
+                _ros_facts(calibration, side, turn, projection, name), sort_keys=False, default_flow_style=None
+            ),
+        )
+    return files
+
+
+def rectification(calibration: StereoCalibration) -> list[tuple[np.ndarray, np.ndarray]]:
+    """R and P of both cameras, P in mm (``cv2.stereoRectify``, alpha 0)."""
+    found = cv2.stereoRectify(
+        calibration.left_matrix, calibration.left_distortion, calibration.right_matrix, calibration.right_distortion,
+        calibration.image_size, calibration.rotation, calibration.translation_mm.reshape(3, 1), alpha=0,
+    )  # fmt: skip
+    return [(found[0], found[2]), (found[1], found[3])]
+
+
+def _opencv_text(calibration, rectified):
+    file = cv2.FileStorage(".yml", cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY)
+    width, height = calibration.image_size
+    file.write("image_width", int(width))
+    file.write("image_height", int(height))
+    file.write("unit", "mm")
+    for field, names in NAMES.items():
+        value = getattr(calibration, field)
+        file.write(
+            names[0], value if value.ndim == 2 else value.reshape(1, -1) if "dist" in field else value.reshape(-1, 1)
+        )
+    for k, (turn, projection) in enumerate(rectified, 1):
+        file.write(f"R{k}", turn)
+        file.write(f"P{k}", projection)
+    return file.releaseAndGetString()
+
+
+def _ros_facts(calibration, side, turn, projection, name):
+    lens = getattr(calibration, f"{side}_distortion")
+    in_metres = projection.copy()
+    in_metres[:, 3] /= UNITS_MM["m"]
+    table = lambda a: {"rows": len(a), "cols": a.shape[1], "data": [float(v) for v in a.ravel()]}
+    return {
+        "image_width": int(calibration.image_size[0]),
+        "image_height": int(calibration.image_size[1]),
+        "camera_name": f"{name}/{side}",
+        "camera_matrix": table(getattr(calibration, f"{side}_matrix")),
+        "distortion_model": "plumb_bob" if len(lens) <= 5 else "rational_polynomial",
+        "distortion_coefficients": table(lens.reshape(1, -1)),
+        "rectification_matrix": table(turn),
+        "projection_matrix": table(in_metres),
+    }
+
+
+def import_calibration(files: Sequence[str | Path], unit: str = "mm") -> StereoCalibration:
+    """A calibration made elsewhere: one or more YAML files of OpenCV, or the left and the right camera_info of ROS.
+
+    Parameters
+    ----------
+    files : sequence of paths
+    unit : str, of OpenCV's translation: mm, cm, inch or m. ROS always writes metres
+
+    Returns
+    -------
+    StereoCalibration
+        Its errors are NaN: what it was made of is not here to be judged.
+
+    Raises
+    ------
+    CalibrationError
+        If a file cannot be read, something is missing, or the cameras would stand an unlikely way apart.
+    """
+    if unit not in UNITS_MM:
+        raise CalibrationError(f"Expected a unit of {', '.join(UNITS_MM)}; got {unit!r}.")
+    texts = {str(path): read_bytes(path).decode("utf-8", "replace") for path in files}
+    ros = all("camera_matrix:" in text and "projection_matrix:" in text for text in texts.values())
+    facts = _of_ros(texts) if ros else _of_opencv(texts, UNITS_MM[unit])
+    baseline = float(np.linalg.norm(facts["translation_mm"]))
+    if not BASELINE_MM[0] <= baseline <= BASELINE_MM[1]:
+        wish = "" if ros else " Say in which unit its translation is: --unit m, cm or inch."
+        raise CalibrationError(f"{_named(texts)}: the two cameras would stand {baseline:.3g} mm apart.{wish}")
+    unknown = float("nan")
+    return StereoCalibration(
+        **facts, rms_px=unknown, left_rms_px=unknown, right_rms_px=unknown, vertical_error_px=unknown, focal_sigma_percent=unknown,
+        heldout_vertical_error_px=None, heldout_length_error_percent=None, board_bend_mm=unknown, lens="brown",
+        pairs=0, found=0, used=(), dropped=(), verdict="usable", made_from=TAKEN_OVER,
+        reasons=(f"Taken over from {_named(texts)}. What it was made of is not here, so how good it is is not known.",),
+    )  # fmt: skip
+
+
+def recording_of(calibration: StereoCalibration, folder: str | Path, ball: Ball) -> Recording:
+    """Put a calibration taken over from elsewhere into a recording without boards; where there is none, make one.
+
+    Raises
+    ------
+    StereoLabError
+        If the recording has boards of its own, or pictures of another size.
+    """
+    folder = Path(folder)
+    if (folder / "recording.json").exists():
+        recording = open_recording(folder)
+        if recording.has_boards:
+            raise CalibrationError(f"{folder} has boards of its own: calibrate it on them, or name another folder.")
+        if recording.image_size != calibration.image_size:
+            raise CalibrationError(
+                f"The pictures of {folder} are {_by(recording.image_size)} pixels, those of the calibration {_by(calibration.image_size)}."
+            )
+    elif folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise CalibrationError(f"{folder} is there already, and no recording. Name a folder that is new.")
+    else:
+        facts = {
+            "format": 1, "title": folder.name, "made_by": "camera", "image_size": list(calibration.image_size), "frame_rate": 10,
+            "board": {"columns": 9, "rows": 6, "square_mm": 25.0}, "ball": {"color": ball.color, "diameter_mm": ball.diameter_mm},
+        }  # fmt: skip
+        write_json(folder / "recording.json", facts)
+    calibration.save(folder / "calibration.json")
+    return open_recording(folder.resolve())
+
+
+def _by(size):
+    return f"{size[0]}x{size[1]}"
+
+
+def _named(texts):
+    return " and ".join(Path(name).name for name in texts)
+
+
+def _of_opencv(texts, unit_mm):
+    values: dict[str, Any] = {}
+    for name, text in texts.items():
+        try:
+            values |= _nodes(cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY))
+        except (cv2.error, SystemError):
+            raise CalibrationError(
+                f"{name}: this is neither YAML, XML or JSON that OpenCV wrote nor a camera_info of ROS."
+            ) from None
+    unit_mm = UNITS_MM.get(values.get("unit", ""), unit_mm)  # as our own export tells it
+    found = {field: _one_of(values, names) for field, names in NAMES.items()}
+    found |= {"width": _one_of(values, WIDTHS), "height": _one_of(values, HEIGHTS)}
+    lacking = [
+        NAMES[field][0] if field in NAMES else f"image_{field}" for field, value in found.items() if value is None
+    ]
+    if lacking:
+        have = ", ".join(values) or "nothing"
+        raise CalibrationError(
+            f"{_named(texts)}: expected {', '.join(lacking)} as well, by that name or another usual one; there is {have}. "
+            "OpenCV's own example writes two files, intrinsics.yml and extrinsics.yml: name both. A size of the pictures that is "
+            "missing may be added by hand: image_width and image_height."
+        )
+    size = int(found.pop("width")), int(found.pop("height"))
+    checked = {field: _shaped(value, field, _named(texts)) for field, value in found.items()}
+    checked["translation_mm"] = checked["translation_mm"] * unit_mm
+    return {"image_size": size, **checked}
+
+
+def _nodes(file):
+    """The tables, numbers and words of a file, by name."""
+    values = {}
+    for key in file.root().keys() if file.root().isMap() else ():
+        node = file.getNode(key)
+        if node.isMap():
+            values[key] = node.mat()
+        elif node.isString():
+            values[key] = node.string()
+        elif node.isReal() or node.isInt():
+            values[key] = node.real()
+    return values
+
+
+def _one_of(values, names):
+    return next((values[name] for name in names if values.get(name) is not None), None)
+
+
+def _shaped(value, field, where):
+    """An array as :class:`StereoCalibration` has it, looked at as one that is read from a file of the kit's own."""
+    from stereo_lab.calibration.saved import ARRAYS, as_field
+
+    array = np.asarray(value, float)
+    if field == "rotation" and array.size == 3:
+        array = cv2.Rodrigues(array.ravel())[0]
+    try:
+        return as_field(array.ravel() if ARRAYS[field] != (3, 3) else array, ARRAYS[field], field)
+    except CalibrationError as error:
+        raise CalibrationError(f"{where}: {error}") from None
+
+
+def _of_ros(texts):
+    if len(texts) != 2:
+        raise CalibrationError("Of ROS expected two files, the left camera's and the right camera's.")
+    cameras = [_ros_camera(name, text) for name, text in texts.items()]
+    cameras.sort(key=lambda camera: -camera["shift"])  # the left one has none, the right one a negative one
+    left, right = cameras
+    if left["size"] != right["size"]:
+        raise CalibrationError(f"The pictures of the two cameras differ in size: {left['size']} and {right['size']}.")
+    if right["shift"] == left["shift"]:
+        raise CalibrationError(f"{_named(texts)}: neither projection_matrix tells how far apart the cameras stand.")
+    turn = right["turn"].T @ left["turn"]
+    step = right["turn"].T @ np.array([(right["shift"] - left["shift"]) * UNITS_MM["m"], 0, 0])
+    where = _named(texts)
+    facts = {"rotation": _shaped(turn, "rotation", where), "translation_mm": _shaped(step, "translation_mm", where)}
+    for side, camera in (("left", left), ("right", right)):
+        facts[f"{side}_matrix"] = _shaped(camera["matrix"], f"{side}_matrix", where)
+        facts[f"{side}_distortion"] = _shaped(camera["lens"], f"{side}_distortion", where)
+    return {"image_size": left["size"], **facts}
+
+
+def _ros_camera(name, text):
+    """One camera_info: its size, matrix, lens, turn, and how far to the side it stands, in metres."""
+    try:
+        facts = yaml.safe_load(text)
+        table = lambda key, shape: np.array(facts[key]["data"], float).reshape(shape)
+        model = str(facts["distortion_model"])
+        projection = table("projection_matrix", (3, 4))
+        camera = {
+            "size": (int(facts["image_width"]), int(facts["image_height"])),
+            "matrix": table("camera_matrix", (3, 3)), "lens": table("distortion_coefficients", -1),
+            "turn": table("rectification_matrix", (3, 3)), "shift": float(projection[0, 3] / projection[0, 0]),
+        }  # fmt: skip
+    except (yaml.YAMLError, KeyError, TypeError, ValueError, ZeroDivisionError) as error:
+        raise CalibrationError(f"{name}: this is no camera_info of ROS ({type(error).__name__}: {error}).") from None
+    if model not in ROS_LENSES:
+        raise CalibrationError(f"{name}: its lens model is {model}; the kit knows {' and '.join(ROS_LENSES)}.")
+    return camera

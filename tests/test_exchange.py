@@ -1,0 +1,184 @@
+"""Calibrations given away and taken over: by other programs' rules, not by our own reader alone."""
+
+import json
+import shutil
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+
+from stereo_lab import cli
+from stereo_lab.calibration import calibrate_recording
+from stereo_lab.capture import export_calibration, import_calibration
+from stereo_lab.errors import CalibrationError
+from stereo_lab.localization import Localizer
+from stereo_lab.recording import open_recording
+
+FIELDS = "left_matrix", "left_distortion", "right_matrix", "right_distortion", "rotation", "translation_mm"
+
+
+@pytest.fixture(scope="module")
+def calibration(bench):
+    return calibrate_recording(bench)
+
+
+@pytest.fixture
+def files(calibration, tmp_path):
+    return export_calibration(calibration, tmp_path / "out", "bench")
+
+
+def same(one, other, rtol):
+    assert one.image_size == other.image_size
+    for field in FIELDS:
+        assert np.allclose(getattr(one, field), getattr(other, field), rtol=rtol, atol=rtol), field
+
+
+def test_there_and_back(calibration, files):
+    same(import_calibration(files[:1]), calibration, 1e-12)
+    for order in (files[1:], files[:0:-1]):  # whichever is named first
+        same(import_calibration(order), calibration, 1e-6)
+
+
+def test_opencv_sees_the_same_place_with_what_stands_in_the_file(calibration, files):
+    file = cv2.FileStorage(str(files[0]), cv2.FILE_STORAGE_READ)
+    value = lambda name: file.getNode(name).mat()
+    place = np.array([[60.0, -40.0, 900.0]])
+    seen = [
+        cv2.projectPoints(place, cv2.Rodrigues(turn)[0], shift, value(f"M{k}"), value(f"D{k}"))[0]
+        for k, turn, shift in ((1, np.eye(3), np.zeros(3)), (2, value("R"), value("T")))
+    ]
+    flat = [
+        cv2.undistortPoints(p, value(f"M{k}"), value(f"D{k}"), R=value(f"R{k}"), P=value(f"P{k}"))
+        for k, p in enumerate(seen, 1)
+    ]
+    found = cv2.triangulatePoints(value("P1"), value("P2"), flat[0].reshape(2, 1), flat[1].reshape(2, 1))
+    assert np.allclose(value("R1") @ place[0], (found[:3] / found[3]).ravel(), atol=0.01)
+
+
+def test_ros_gets_metres_and_a_disparity_that_fits(calibration, files):
+    left, right = (yaml.safe_load(file.read_text()) for file in files[1:])
+    table = lambda camera, name: np.array(camera[name]["data"]).reshape(camera[name]["rows"], camera[name]["cols"])
+    p_left, p_right = (table(camera, "projection_matrix") for camera in (left, right))
+    assert (
+        left["image_width"] == 640 and left["camera_name"] == "bench/left" and right["distortion_model"] == "plumb_bob"
+    )
+    assert -p_right[0, 3] / p_right[0, 0] == pytest.approx(calibration.baseline_mm / 1000)
+    point = np.array([0.05, 0.02, 1.1, 1])  # in the rectified left frame, metres
+    u_left, u_right = ((p @ point)[0] / (p @ point)[2] for p in (p_left, p_right))
+    assert u_left - u_right == pytest.approx(calibration.focal_px * calibration.baseline_mm / 1100)
+
+
+def two_files(folder, calibration, names, scale):
+    """As OpenCV's example writes them: one file for the cameras, one for how they stand; and a size added by hand."""
+    m1, d1, m2, d2, r, t = names
+    cameras = cv2.FileStorage(str(folder / "intrinsics.yml"), cv2.FILE_STORAGE_WRITE)
+    for name, value in (
+        (m1, calibration.left_matrix),
+        (d1, calibration.left_distortion),
+        (m2, calibration.right_matrix),
+    ):
+        cameras.write(name, value)
+    cameras.write(d2, calibration.right_distortion)
+    cameras.release()
+    standing = cv2.FileStorage(str(folder / "extrinsics.yml"), cv2.FILE_STORAGE_WRITE)
+    standing.write(r, calibration.rotation)
+    standing.write(t, calibration.translation_mm / scale)
+    standing.write("image_width", 640)
+    standing.write("image_height", 480)
+    standing.release()
+    return folder / "intrinsics.yml", folder / "extrinsics.yml"
+
+
+@pytest.mark.parametrize(
+    ("names", "unit", "scale"),
+    [
+        (("M1", "D1", "M2", "D2", "R", "T"), "mm", 1),
+        (("cameraMatrix1", "distCoeffs1", "cameraMatrix2", "distCoeffs2", "R", "T"), "m", 1000),
+        (("K1", "D1", "K2", "D2", "R", "T"), "cm", 10),
+    ],
+)
+def test_usual_names_and_units(calibration, tmp_path, names, unit, scale):
+    same(import_calibration(two_files(tmp_path, calibration, names, scale), unit), calibration, 1e-9)
+
+
+def test_what_is_wrong_is_a_sentence(calibration, files, tmp_path):
+    parts = two_files(tmp_path, calibration, ("M1", "D1", "M2", "D2", "R", "T"), 1000)
+    text = files[1].read_text()
+    spoilt = {
+        "fisheye.yaml": text.replace("plumb_bob", "equidistant"),
+        "half.yaml": text[: len(text) // 2],
+        "again.yaml": text,
+        "nothing.yml": "",
+        "words.yml": "Dear all,\nthis is: [not",
+    }
+    for name, content in spoilt.items():
+        (tmp_path / name).write_text(content)
+    turned = files[0].read_text().replace("R: !!", "Rest: !!").replace("image_width", "wide")
+    (tmp_path / "turned.yml").write_text(turned)
+    for names, words in (
+        (parts, "0.121 mm apart. Say in which unit"),
+        (parts[:1], "expected R, T, image_width, image_height as well"),
+        ([tmp_path / "turned.yml"], "expected R, image_width as well"),
+        (files[1:2], "expected two files"),
+        ([files[1], tmp_path / "again.yaml"], "neither projection_matrix tells how far apart"),
+        ([tmp_path / "fisheye.yaml", files[2]], "its lens model is equidistant"),
+        ([tmp_path / "half.yaml", files[2]], "neither YAML, XML or JSON that OpenCV wrote nor"),
+        ([tmp_path / "nothing.yml"], "neither YAML"),
+        ([tmp_path / "words.yml"], "neither YAML"),
+    ):
+        with pytest.raises(CalibrationError, match=words):
+            import_calibration([str(name) for name in names])
+
+
+@pytest.fixture
+def taken_over(bench, files, tmp_path):
+    """The bench without its boards, with the calibration that it exported."""
+    folder = tmp_path / "mine"
+    for name in ("position", "depth"):
+        shutil.copytree(bench.path / name, folder / name)
+    facts = json.loads((bench.path / "recording.json").read_text())
+    (folder / "recording.json").write_text(json.dumps(facts | {"made_by": "camera", "title": "Our own rig"}))
+    assert cli.main(["import", "--calibration", str(files[1]), str(files[2]), "--out", str(folder)]) == 0
+    return open_recording(folder)
+
+
+def test_a_ball_is_located_with_a_calibration_from_elsewhere(bench, taken_over, capsys):
+    assert taken_over.is_calibrated and not taken_over.has_boards
+    sample = bench.judges("volume")[0]
+    ours, theirs = (Localizer.fit(r).locate(sample.pair.left, sample.pair.right) for r in (bench, taken_over))
+    assert abs(ours.depth_mm - theirs.depth_mm) < 0.5 and abs(ours.x_mm - theirs.x_mm) < 0.5
+    assert cli.main(["calibrate", str(taken_over.path)]) == 0
+    assert "Taken over from left.yaml and right.yaml" in capsys.readouterr().out
+    assert cli.main(["calibrate", str(taken_over.path), "--report", str(taken_over.path / "c.html")]) == 2
+    assert "nothing to draw" in capsys.readouterr().err and not (taken_over.path / "c.html").exists()
+
+
+def test_boards_win_over_a_calibration_from_elsewhere(bench, files, tmp_path, capsys):
+    assert cli.main(["import", "--calibration", str(files[0]), "--out", str(bench.path)]) == 2
+    assert "has boards of its own" in capsys.readouterr().err
+    other = tmp_path / "other"
+    other.mkdir()
+    facts = json.loads((bench.path / "recording.json").read_text())
+    (other / "recording.json").write_text(json.dumps(facts | {"image_size": [1280, 720]}))
+    assert cli.main(["import", "--calibration", str(files[0]), "--out", str(other)]) == 2
+    assert "are 1280x720 pixels, those of the calibration 640x480" in capsys.readouterr().err
+
+
+def test_a_new_recording_is_made_where_there_is_none(files, tmp_path, capsys):
+    assert (
+        cli.main(["import", "--calibration", str(files[0]), "--out", str(tmp_path / "new"), "--ball-color", "green"])
+        == 0
+    )
+    made = open_recording(tmp_path / "new")
+    assert made.image_size == (640, 480) and made.ball.color == "green" and made.is_calibrated
+    assert cli.main(["import", "--out", str(tmp_path / "newer")]) == 2
+    assert "Expected --left, --right, --board, --square-mm as well" in capsys.readouterr().err
+
+
+def test_the_command_names_its_files(tmp_path, capsys):
+    assert cli.main(["export", "bench", "--out", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    assert all(
+        (tmp_path / "out" / name).is_file() and name in said for name in ("stereo.yml", "left.yaml", "right.yaml")
+    )
