@@ -1,11 +1,12 @@
-"""The commands of one's own cameras: board, import, export."""
+"""The commands of one's own cameras: board, cameras, import, export."""
 
 from __future__ import annotations
 
 import argparse
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from stereo_lab.cli.terminal import OK, me, write_json_option
+from stereo_lab.cli.terminal import OK, WANTING, me, write_json_option
 from stereo_lab.errors import StereoLabError
 
 if TYPE_CHECKING:
@@ -80,6 +81,38 @@ def _take_over(options):
     print(f"Next: put measured pairs of the ball into {recording.path}, in position and depth.")
     write_json_option(options.json, {"path": str(recording.path), **calibration.facts()})
     return OK
+
+
+def run_cameras(options: argparse.Namespace) -> int:
+    """Tell which cameras open and what they give; with --which, which of them is the left one. WANTING where fewer than two."""
+    from stereo_lab.capture import find_cameras, which_is_covered
+
+    cameras = find_cameras()
+    for camera in cameras:
+        sizes = ", ".join(f"{wide}x{high}" for wide, high in camera.sizes)
+        gives = (
+            f"{sizes}; {camera.rate_hz:.0f} pictures a second"
+            if sizes
+            else "opens, and gives no picture: unplug it and plug it in again"
+        )
+        known = ", ".join(word for word in (camera.name, camera.port) if word)
+        print(f"camera {camera.number}: {gives}" + (f"  ({known})" if known else ""))
+    if not cameras:
+        print("No camera opens. Is one plugged in, and does no other program use it?")
+    working = [camera.number for camera in cameras if camera.sizes]
+    if options.which and len(working) == 2:
+        print(
+            "Lay a hand flat on the lens of the LEFT camera, seen from behind both, and keep it there ...", flush=True
+        )
+        left = which_is_covered(working)
+        right = next(number for number in working if number != left)
+        print(f"Left is camera {left}, right is camera {right}: cameras:{left},{right}")
+    elif options.which:
+        raise StereoLabError(
+            f"--which needs two cameras that give pictures; there {'is' if len(working) == 1 else 'are'} {len(working)}."
+        )
+    write_json_option(options.json, {"cameras": [asdict(camera) for camera in cameras]})
+    return OK if len(working) >= 2 else WANTING
 
 
 def run_export(options: argparse.Namespace) -> int:
