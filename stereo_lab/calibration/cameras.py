@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from stereo_lab.calibration import uncertainty
 from stereo_lab.calibration.bundle import Rig
-from stereo_lab.calibration.saved import ARRAYS, NUMBERS, read_saved
+from stereo_lab.calibration.saved import ARRAYS, read_saved
 from stereo_lab.common.files import write_json
 from stereo_lab.errors import CalibrationError
 
@@ -256,11 +256,16 @@ class StereoCalibration:
                 {"name": name, "side": side, "u": u, "v": v, "off_px": off}
                 for name, side, u, v, off in self.corners_left_out
             ],
-            **{name: _or_none(getattr(self, name)) for name in NUMBERS},
+            "rms_px": _or_none(self.rms_px),
+            "left_rms_px": _or_none(self.left_rms_px),
+            "right_rms_px": _or_none(self.right_rms_px),
+            "vertical_error_px": _or_none(self.vertical_error_px),
             "heldout_vertical_error_px": self.heldout_vertical_error_px,
             "heldout_length_error_percent": self.heldout_length_error_percent,
             "baseline_mm": self.baseline_mm,
             "focal_px": self.focal_px,
+            "focal_sigma_percent": _or_none(self.focal_sigma_percent),
+            "board_bend_mm": _or_none(self.board_bend_mm),
             "lens": self.lens,
             "depth_mm": self.depth_mm,
             "misfit": self.misfit,

@@ -12,6 +12,7 @@ from stereo_lab.common.files import check_format, finite_number, read_json
 from stereo_lab.errors import CalibrationError, StereoLabError
 from stereo_lab.recording.bounds import LENGTHS_MM, PICTURE_PX, whole_in
 
+TAKEN_OVER = "taken over from elsewhere"  # in the place of a key: a calibration whose boards are not here
 MAKE_ONE = "Make one with: stereo-lab calibrate"
 ARRAYS = {
     "left_matrix": (3, 3),
@@ -39,10 +40,11 @@ def read_saved(path: str | Path) -> dict[str, Any]:
     try:
         facts = read_json(path)
         check_format(facts, path)
+        unjudged = facts.get("made_from") == TAKEN_OVER
         return {
             "image_size": _size(facts["image_size"]),
             **{key: as_field(facts[key], shape, key) for key, shape in ARRAYS.items()},
-            **{key: np.nan if facts[key] is None else finite_number(facts[key], key) for key in NUMBERS},
+            **{key: np.nan if unjudged and facts[key] is None else finite_number(facts[key], key) for key in NUMBERS},
             **{key: None if facts[key] is None else finite_number(facts[key], key) for key in NUMBERS_OR_NONE},
             **{key: str(facts[key]) for key in WORDS},
             "pairs": whole_in(facts["pairs"], "pairs", 0, MOST_PAIRS),

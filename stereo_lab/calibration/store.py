@@ -14,12 +14,12 @@ import numpy as np
 
 from stereo_lab.calibration.cameras import StereoCalibration
 from stereo_lab.calibration.recipe import JUDGED_AT_MM, calibrate_stereo
+from stereo_lab.calibration.saved import TAKEN_OVER
 from stereo_lab.calibration.solver import SOLVER
 from stereo_lab.common.files import read_bytes, user_folder
 from stereo_lab.errors import CalibrationError, RecordingError, StereoLabError, SwappedSidesError
 from stereo_lab.recording import Recording, open_recording
 
-TAKEN_OVER = "taken over from elsewhere"  # in the place of the key: a calibration whose boards are not here
 BROUGHT, KEPT, MADE = "it came with the recording", "kept from an earlier run", "made just now"
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import yaml
 
 from stereo_lab.calibration import StereoCalibration
-from stereo_lab.calibration.store import TAKEN_OVER
+from stereo_lab.calibration.saved import TAKEN_OVER
 from stereo_lab.common.files import read_bytes, write_json, write_whole
 from stereo_lab.errors import CalibrationError
 from stereo_lab.recording import Ball, Recording, open_recording
