@@ -64,8 +64,9 @@ def ways_of_writing():
         ast.JoinedStr: 'f"{x:.1f}"', ast.ListComp: "[… for x in …]", ast.GeneratorExp: "[… for x in …]",
         ast.DictComp: "{…: … for x in …}", ast.IfExp: "a if … else b", ast.Starred: "*a", ast.Lambda: "lambda x: …",
         ast.NamedExpr: "(a := …)", ast.Slice: "a[1:3]", ast.MatMult: "a @ b", ast.Invert: "a[a > 2]", ast.With: "with … as a:",
+        ast.Try: "try: … except E: …",
     }  # fmt: skip
-    calls = {"zip": "zip(a, b)", "enumerate": "enumerate(a)"}
+    calls = {"zip": "zip(a, b)", "enumerate": "enumerate(a)", "getattr": 'getattr(a, "b", c)', "globals": "globals()"}
     names = {"T": "a.T", "eye": "np.eye(2)", "trace": "np.trace(a)", "hypot": "np.hypot(a, b)", "percentile": "np.percentile(a, 95)"}  # fmt: skip
     for path in NOTEBOOKS:
         for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:

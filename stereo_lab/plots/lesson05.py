@@ -102,6 +102,15 @@ def arms(
     return _plane(ax, title)
 
 
+def _upper_and_forearm(points, targets_mm, title, ax):
+    """One arm in the colours of its two parts."""
+    ax = arms([], targets_mm, title, ax)
+    for color, part in ((BLUE, np.asarray(points)[:2]), (VERMILION, np.asarray(points)[1:])):
+        ax.plot(*part.T, "-", color=color, linewidth=5, solid_capstyle="round", zorder=2)
+        ax.plot(*part[0], "o", color=BLACK, markersize=9, zorder=3)
+    return ax
+
+
 def reach(
     near_mm: float,
     far_mm: float,
@@ -180,10 +189,10 @@ def one_degree(
     ----------
     moves_mm : list of (label, (dx, dy)) for the arrows, already enlarged
     """
-    ax = arms([("", points)], [], title, ax)
+    ax = _upper_and_forearm(points, [], title, ax)
     hand = np.asarray(points)[2]
     for k, (label, move) in enumerate(moves_mm):
-        color, wide = ((GREEN, 2.5), (VERMILION, 5))[k % 2]  # the second one shows beside the first
+        color, wide = ((GREEN, 2.5), (ORANGE, 5))[k % 2]  # the second one shows beside the first
         tip = hand + move
         arrow = {"arrowstyle": "-|>", "linewidth": wide, "color": color, "shrinkA": 0, "shrinkB": 0}
         ax.annotate("", tip, xytext=hand, arrowprops=arrow, zorder=4 - k)
@@ -218,6 +227,6 @@ def turret(
     above.set_title(titles[0])
     above.margins(0.25)
     above.invert_yaxis()  # from above, with x to the right, z points down the page
-    arms([("", from_side)], [from_side[2]], titles[1], side)
+    _upper_and_forearm(from_side, [from_side[2]], titles[1], side)
     side.set_xlabel("distance from the turret's axis (mm)")
     return axes
