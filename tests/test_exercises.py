@@ -503,3 +503,37 @@ def test_words_that_are_no_answer_are_told_why(words, says):
     choice = Choice("right", (Wrong("left", "look again."),), "so it is.")
     verdict = choice.judge(words)
     assert verdict.status == "NOT YET" and verdict.text == says
+
+
+@pytest.mark.parametrize(
+    ("lesson", "number", "answer", "says"),
+    [
+        ("06", 1, "MV 02 -30", "NOT YET - a joint is told by one digit"),
+        ("06", 1, "N6 MV 2 -30", "NOT YET - the number of the line is put before it for you"),
+        ("06", 1, "MV 2 -30*AC", "NOT YET - the checksum is put behind it for you"),
+        ("06", 1, "MV 2 -30 100", "PASS"),
+        ("06", 1, "MV 2 -30 400", "NOT YET - expected 3 words"),
+        ("06", 1, "MV 2 -300", "NOT YET - look at the third word"),
+        ("06", 5, "2,047", "PASS"),
+        ("06", 5, "2,5", "NOT YET - 2.5 is too small"),
+        ("06", 6, 201.3, "PASS"),
+        ("06", 6, 210, "NOT YET - 210 degrees is too large"),
+        ("05", 1, 109, "NOT YET - that is where the stop of the elbow lets it come"),
+        ("05", 6, 450 / 180, "NOT YET - half a turn has π radians"),
+    ],
+)
+def test_what_a_second_reader_typed(bench, lesson, number, answer, says):
+    assert str(judge(questions(lesson, bench)[number - 1].answer, answer)).startswith(says)
+
+
+@pytest.mark.parametrize(
+    ("number", "formula", "says"),
+    [
+        (2, lambda l1, l2, s, t: tuple((l1 + l2) * f(math.radians(s + t)) for f in (math.cos, math.sin)), "only the forearm points to"),
+        (3, lambda l1, l2, x, y: math.degrees(math.acos((x**2 + y**2 - l1**2 + l2**2) / (2 * l1 * l2))), "both squares are taken off"),
+        (4, lambda l1, l2, x, y, t: math.degrees(math.atan2(y, x)) - t, "that takes off the elbow's whole angle"),
+        (4, lambda l1, l2, x, y, t: math.degrees(math.atan2(y, x) - t), "θ2 is in degrees, and atan2 gives radians"),
+    ],
+)  # fmt: skip
+def test_formulas_that_a_second_reader_typed(bench, number, formula, says):
+    assert says in judge(questions("05", bench)[number - 1].answer, formula).text

@@ -90,7 +90,7 @@ class Number:
         """PASS within the tolerance; else what is wrong, by name where the mistake is known."""
         right = np.asarray(self.right, float)
         if issubclass(type(answer), str):
-            answer = numbers_in(str(answer), right.size, self.unit, tuple(map(frozenset, self.labels)))
+            answer = self._read(str(answer), right)
             if isinstance(answer, str):
                 return Verdict(NOT_YET, answer)
         try:
@@ -114,7 +114,7 @@ class Number:
         """A right answer as the cells below can count with it: a text or a list of one as the number that it tells."""
         right = np.asarray(self.right, float)
         if issubclass(type(answer), str):
-            answer = np.array(numbers_in(str(answer), right.size, self.unit, tuple(map(frozenset, self.labels))))
+            answer = np.array(self._read(str(answer), right))
         if right.size == 1 and not isinstance(answer, (int, float, np.number)):
             return float(as_numbers(answer).ravel()[0])
         return (
@@ -122,6 +122,15 @@ class Number:
             if right.size > 1 and not isinstance(answer, (tuple, list))
             else answer
         )
+
+    def _read(self, text, right):
+        """The numbers of a text, or a sentence. A comma before three digits is a decimal one, unless the number is right without."""
+        labels = tuple(map(frozenset, self.labels))
+        if right.size == 1 and re.search(r"\d,\d{3}(?!\d)", text):
+            plain = numbers_in(re.sub(r"(?<=\d),(?=\d{3}(?!\d))", "", text), 1, self.unit, labels)
+            if not isinstance(plain, str) and self._same(np.reshape(plain, right.shape), right):
+                return plain
+        return numbers_in(text, right.size, self.unit, labels)
 
     def _count(self, answer, value, right):
         """What to say where there are more numbers than are asked for, or fewer."""
@@ -352,7 +361,9 @@ class Function:
 
 @dataclass(frozen=True, eq=False)
 class Command:
-    """A line for the controller of the arm: words, and numbers that may be written in any way.
+    """A line for the controller of the arm: words, and numbers that may be written in any way; only the joint is one digit.
+
+    A percentage of the speed may stand behind it.
 
     Attributes
     ----------
@@ -378,16 +389,22 @@ class Command:
         for sign, message in SIGNS.items():
             if sign in answer:
                 return Verdict(NOT_YET, message)
-        words = _words(answer)
-        if words == _words(self.right):
+        words, right = _words(answer), _words(self.right)
+        if re.fullmatch(r"N\d+", answer.split()[0], re.IGNORECASE):
+            return Verdict(NOT_YET, "the number of the line is put before it for you: leave it away.")
+        if words[: len(right)] == right and all(isinstance(w, float) and 0 < w <= 100 for w in words[len(right) :][:1]):
+            words = right if len(words) <= len(right) + 1 else words
+        if words == right:
             return Verdict(PASS, self.praise)
         for mistake in self.wrong:
             if words == _words(mistake.answer):
                 return Verdict(NOT_YET, mistake.message)
-        count = len(_words(self.right))
-        if len(words) != count:
-            return Verdict(NOT_YET, f"expected {count} words with blanks between them, this has {len(words)}.")
-        return Verdict(NOT_YET, f"{reprlib.repr(answer)} says something else. Read it aloud, word by word.")
+        if len(words) != len(right):
+            return Verdict(NOT_YET, f"expected {len(right)} words with blanks between them, this has {len(words)}.")
+        wrong = ("first", "second", "third")[
+            next(k for k, pair in enumerate(zip(words, right, strict=True)) if pair[0] != pair[1])
+        ]
+        return Verdict(NOT_YET, f"look at the {wrong} word of {reprlib.repr(answer)}: it says something else.")
 
 
 SESSION = ("_sitebuiltins", "IPython.core.autocall")  # where exit, quit and help come from: calling one ends the lesson
@@ -395,6 +412,7 @@ SIGNS = {
     "−": "the arm does not know the sign − of a printed page. Type the minus of the keyboard: -",
     "°": "no sign ° in the line: the arm counts in degrees anyway.",
     ",": "no comma in the line: its words are parted by blanks.",
+    "*": "the checksum is put behind it for you: leave it away.",
     "'": "no quotes inside the line: one pair round it is enough.",
 }
 
@@ -405,7 +423,9 @@ def _has_a_blank(function):
 
 
 def _words(line):
-    return [float(w) if w.lstrip("+-").replace(".", "", 1).isdecimal() else w.upper() for w in line.split()]
+    """Numbers as numbers, but the second word, the joint, as it stands."""
+    words = line.upper().split()
+    return [float(w) if k != 1 and w.lstrip("+-").replace(".", "", 1).isdecimal() else w for k, w in enumerate(words)]
 
 
 def _try(function, arguments):

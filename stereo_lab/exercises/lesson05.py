@@ -23,12 +23,19 @@ def questions(recording: Recording) -> tuple[Question, ...]:
         (9.0, 12.0, 4.0, 3.0),
     )
     return lesson(
-        "05", _nearest(l1, l2), _forward(poses), _eq5(points), _eq6(points), _other_elbow(), _one_degree(l1, l2)
+        "05",
+        _nearest(l1, l2, arm.limits_deg[1]),
+        _forward(poses),
+        _eq5(points),
+        _eq6(points),
+        _other_elbow(),
+        _one_degree(l1, l2),
     )
 
 
-def _nearest(l1, l2):
+def _nearest(l1, l2, elbow_limits_deg):
     right = abs(l1 - l2)
+    folded = math.hypot(*forward(l1, l2, 0.0, max(map(abs, elbow_limits_deg))))
     return dict(
         asks="How near to the shoulder can the hand come, limits left out?",
         answer=Number(
@@ -41,6 +48,7 @@ def _nearest(l1, l2):
                 Wrong(l1 / l2, "a length divided by a length is no length. Fold the arm: what is left of the upper arm?"),
                 Wrong(l1, "that is where the elbow is. Now fold the forearm back."),
                 Wrong(-right, "a distance is not below zero."),
+                Wrong(folded, "that is where the stop of the elbow lets it come. Here the limits are left out."),
             ),
             f"{right:.0f} mm: the forearm lies folded along the upper arm.",
         ),
@@ -69,6 +77,14 @@ def _forward(poses):
                 Wrong(
                     lambda a, b, s, t: (a * math.cos(s) + b * math.cos(s + t), a * math.sin(s) + b * math.sin(s + t)),
                     "math.cos counts in radians. Turn the degrees into radians first.",
+                ),
+                Wrong(
+                    lambda a, b, s, t: ((a + b) * math.cos((s + t) * DEGREE), (a + b) * math.sin((s + t) * DEGREE)),
+                    "only the forearm points to θ1 + θ2. Two walks, each with a direction of its own.",
+                ),
+                Wrong(
+                    lambda a, b, s, t: forward(a, b, math.degrees(s) / DEGREE, math.degrees(t) / DEGREE),
+                    "degrees() goes the wrong way: radians() makes radians of degrees.",
                 ),
                 Wrong(
                     lambda a, b, s, t: (a * math.sin(s * DEGREE) + b * math.sin((s + t) * DEGREE),
@@ -122,6 +138,10 @@ def _eq5(points):
                 Wrong(lambda a, b, x, y: math.cos(_cosine(a, b, x, y)), "the fraction is the cosine already. Take its acos, the way back."),
                 Wrong(lambda a, b, x, y: _cosine(a, b, x, y), "that is cos θ2. Take its acos."),
                 Wrong(
+                    lambda a, b, x, y: math.degrees(math.acos((x**2 + y**2 - a**2 + b**2) / (2 * a * b))),
+                    "both squares are taken off: − l1² − l2².",
+                ),
+                Wrong(
                     lambda a, b, x, y: math.degrees(math.acos(max(-1, min(1, _cosine(a, b, x, y) / 2)))),
                     "only l1·l2 stands under the line once; Eq. 5 has 2·l1·l2 there.",
                 ),
@@ -153,11 +173,19 @@ def _eq6(points):
         answer=Function(
             shoulder_deg, tries, 0.01, "degrees",
             (
-                Wrong(lambda *t: shoulder_deg(*t) % 360, "the same direction, told the long way round: the arm counts from −180 to 180."),
+                Wrong(lambda *t: shoulder_deg(*t) % 360, "the same direction, told the long way round: for the arm clockwise is below zero. Leave the % away."),
                 Wrong(lambda *t: shoulder_deg(*t) * DEGREE, "that is in radians. The arm counts in degrees."),
                 Wrong(
                     lambda a, b, x, y, t: math.degrees(math.atan2(y, x)) + _lead(a, b, t),
                     "the forearm turns the hand on by the second angle, so the shoulder must hold back: minus.",
+                ),
+                Wrong(
+                    lambda a, b, x, y, t: math.degrees(math.atan2(y, x)) - t,
+                    "that takes off the elbow's whole angle. The hand is ahead by only a part of it: the second term of Eq. 6.",
+                ),
+                Wrong(
+                    lambda a, b, x, y, t: math.degrees(math.atan2(y, x) - t),
+                    "θ2 is in degrees, and atan2 gives radians. And the hand is ahead by only a part of θ2: the second term of Eq. 6.",
                 ),
                 Wrong(
                     lambda a, b, x, y, t: math.degrees(math.atan2(x, y)) - _lead(a, b, t),
@@ -252,7 +280,12 @@ def _one_degree(l1, l2):
         answer=Number(
             right, 0.02 * right, "mm",
             (
-                Wrong(reach, "that is a whole radian, 57 degrees."),
+                Wrong(
+                    reach,
+                    "that is the length of the arm: so far the hand goes for a whole radian, 57 degrees. (cos looks along the arm, "
+                    "and the hand goes across it.)",
+                ),
+                Wrong(reach / 180, "half a turn has π radians: a factor of π is missing."),
                 Wrong(1.0, "a degree is not a millimetre: it is worth more, the longer the arm."),
                 Wrong(2 * right, "once the reach times one degree in radians; you have it twice."),
                 Wrong(reach * math.sin(1), "sin counts in radians: this is the sine of 57 degrees."),

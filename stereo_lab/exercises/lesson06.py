@@ -35,9 +35,10 @@ def _command():
                 ),
                 Wrong("MOVE 2 -30", "the controller knows short words: MV."),
                 Wrong("GET 2 -30", "GET asks for something. MV moves."),
+                Wrong("MV 02 -30", "a joint is told by one digit: 2."),
             ),
             "joint, then angle.",
-            also=("mv 2 -30", "MV  2  -30.0"),
+            also=("mv 2 -30", "MV  2  -30.0", "MV 2 -30 100"),
         ),
         hints=(
             "MV moves one joint: MV joint degrees.",
@@ -166,7 +167,7 @@ def _edges():
                 Wrong(COUNTS * CRUISE, "180 degrees are half a turn, not 180 turns."),
                 Wrong(COUNTS, "4094.4 edges are a whole turn; in a second the joint makes half of one."),
                 Wrong(COUNTS / CRUISE, "that is edges for each degree, but of a turn of 180 degrees."),
-                Wrong(COUNTS * 2, "180 degrees are half a turn, not two turns."),
+                Wrong(COUNTS * 2, "180 degrees are half a turn, not two. And the 4094.4 are all edges already: no times four."),
                 Wrong(COUNTS * CRUISE / 60, "the 180 are degrees a second, and a turn has 360."),
                 Wrong(CRUISE / COUNTS, "upside down: edges for each turn, times turns a second."),
                 Wrong(0.5, "that is how many turns it makes in a second. How many edges are on them?"),
@@ -190,7 +191,7 @@ def _blind():
     return dict(
         asks="How far does a joint turn after the computer's last word, if it cruises at 180 degrees a second?",
         answer=Number(
-            1.055 * CRUISE, 0.06 * CRUISE, "degrees",
+            1.072 * CRUISE, 0.078 * CRUISE, "degrees",  # up to what a motor without friction runs on
             (
                 Wrong(1.0, "that is how long it goes on, in seconds. How far does it get in that time?"),
                 Wrong(90.0, "it does not slow down in that second: the controller knows nothing yet."),
@@ -203,7 +204,7 @@ def _blind():
                 Wrong(54.0, "at 180 degrees a second, not at 30 percent of that: the question is about a cruise."),
             ),
             "half a turn, and a little more while it brakes: keep out of its whole reach.",
-            also=(180, 180 + 0.05 * 180, 1.1 * 180),
+            also=(180, 180 + 0.05 * 180, 1.1 * 180, 180 + 21.3),
         ),
         hints=(
             "What does the controller do during the second in which it hears nothing?",

@@ -94,6 +94,8 @@ def a_kind(answer: Any) -> str:
 
 def figures(number: float) -> str:
     """A number with four figures, and large ones in thousands."""
+    if abs(number) < 1e-9:  # what is left of a difference is no number to tell
+        return "0"
     return f"{number:,.0f}" if 1e4 <= abs(number) < 1e12 else f"{number:.4g}"
 
 
