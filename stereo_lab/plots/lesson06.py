@@ -14,6 +14,7 @@ from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION
 __all__ = ["holding", "motor_curves", "plan", "stopping_errors", "stops", "touches"]
 
 STYLES = ((BLUE, "-"), (VERMILION, "--"), (GREEN, "-."), (ORANGE, ":"))
+LARGER = 50  # a miss is drawn so many times as far: a millimetre beside a ball cannot be seen
 
 
 def holding(
@@ -137,7 +138,7 @@ def stopping_errors(ways: Sequence[tuple[str, ArrayLike]], title: str, ax: Axes 
 def touches(
     ball_mm: np.ndarray, hand_mm: np.ndarray, error_mm: np.ndarray, title: str, axes: Sequence[Axes] | np.ndarray
 ) -> Sequence[Axes] | np.ndarray:
-    """Balls and the hand in the plane, and how far they are apart.
+    """Balls in the plane, where the hand is beside each, drawn fifty times as far, and how far that is.
 
     Parameters
     ----------
@@ -146,16 +147,18 @@ def touches(
     axes : two axes
     """
     place, size = axes
-    place.plot(ball_mm[:, 0], ball_mm[:, 1], "o", color=ORANGE, markersize=14, markeredgecolor=BLACK, label="ball")
-    place.plot(hand_mm[:, 0], hand_mm[:, 1], "+", color=BLUE, markersize=12, markeredgewidth=2.5, label="hand")
+    place.plot(ball_mm[:, 0], ball_mm[:, 1], "o", color=ORANGE, markersize=8, markeredgecolor=BLACK, label="ball")
+    apart = LARGER * (hand_mm - ball_mm)
+    place.quiver(*ball_mm.T, *apart.T, angles="xy", scale_units="xy", scale=1, color=BLUE, width=0.008, zorder=3)
+    place.plot([], [], color=BLUE, linewidth=3, label=f"to the hand, {LARGER} times as far")
     place.plot(0, 0, "s", color=BLACK, markersize=8, label="shoulder")
     place.set_aspect("equal")
     place.set_xlabel("x (mm)")
     place.set_ylabel("y (mm)")
     place.set_title(title)
     low, high = place.get_ylim()
-    place.set_ylim(low - 0.25 * (high - low), high)  # room for the legend
-    place.legend(loc="lower center", ncols=3)
+    place.set_ylim(low - 0.3 * (high - low), high)  # room for the legend
+    place.legend(loc="lower center", ncols=1, fontsize="small")
     size.bar(range(len(error_mm)), error_mm, color=BLUE)
     size.axhline(np.mean(error_mm), color=BLACK, linestyle="--")
     size.set_xlabel("ball, in the order touched")
