@@ -12,7 +12,6 @@ from stereo_lab.recording.bounds import DICTIONARIES
 LOOK_WIDTH = 1600  # markers are looked for in pictures enlarged to this width, to twice their size at most
 FEWEST = 6  # corners that tell how a board is held; on one line they do not
 LINE = 0.05  # of a square: corners of which none is farther from a line stand on one
-BLUR = 0.12  # of a square: so far a marker's edge may reach into the white round it
 
 
 def find_charuco(grey: np.ndarray, board: Board) -> np.ndarray | None:
@@ -94,6 +93,6 @@ def _carried_on(found, board):
 def _plain(board):
     """What :func:`place_corners` wants to know: the first square is dark, and the margin round a marker is white."""
     across, down = board.grid
-    margin = (1 - board.marker_mm / board.square_mm) / 2 - BLUR
+    margin = (1 - board.marker_mm / board.square_mm) / 2
     falling = (np.add.outer(np.arange(down), np.arange(across)) % 2 == 1).ravel()
-    return max(margin, 0.0), falling
+    return margin, falling

@@ -16,6 +16,7 @@ ROUNDS = 10
 STEP = np.array([1, 1, 0.2, 0.2, 0.3])  # the most that a round may change: u and v (px), two turns (radians), blur (px)
 BLUR_PX = 0.3, 5.0
 STILL_PX = 1e-3
+SOFT_PX = 1.0  # so far a marker's edge reaches into the white round it
 
 
 def place_corners(
@@ -72,7 +73,11 @@ def _counts(along, u, v, offset, margin, falling):
     squares = np.linalg.inv(np.stack(along, -1))
     a, b = np.einsum("nij,njp->inp", squares, np.stack([u - offset[:, :1], v - offset[:, 1:]], 1))
     white = (a * b > 0) == falling[:, None]
-    return ~white | (np.minimum(np.abs(a), np.abs(b)) <= margin)
+    plain = [
+        np.abs(way) <= margin - SOFT_PX / np.linalg.norm(step, axis=1)[:, None]
+        for way, step in zip((a, b), along, strict=True)
+    ]
+    return ~white | plain[0] | plain[1]
 
 
 def _fit(geometry, u, v, seen, counts=None):
