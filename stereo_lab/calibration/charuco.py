@@ -10,6 +10,7 @@ from stereo_lab.recording import Board
 from stereo_lab.recording.bounds import DICTIONARIES
 
 LOOK_WIDTH = 1600  # markers are looked for in pictures enlarged to this width, to twice their size at most
+RIM_PX = 3  # nearer to the picture's edge, half of what places a corner is cut off
 FEWEST = 6  # corners that tell how a board is held; on one line they do not
 LINE = 0.05  # of a square: corners of which none is farther from a line stand on one
 
@@ -33,7 +34,11 @@ def find_charuco(grey: np.ndarray, board: Board) -> np.ndarray | None:
         return None
     across, down = board.grid
     whole = _carried_on(found, board).reshape(down, across, 2)
-    return place_corners(grey, whole, there, _plain(board)).astype(np.float32)
+    placed = place_corners(grey, whole, there, _plain(board)).astype(np.float32)
+    with np.errstate(invalid="ignore"):
+        cut_off = ((placed < RIM_PX) | (placed > np.array(grey.shape[::-1]) - 1 - RIM_PX)).any(1)
+    placed[cut_off] = np.nan
+    return placed
 
 
 def dictionary_in(grey: np.ndarray, board: Board) -> str | None:
