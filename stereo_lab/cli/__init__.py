@@ -125,6 +125,11 @@ def _parser():
     bring.add_argument("--left", metavar="GLOB", help="pattern of the left pictures, in quotes")
     bring.add_argument("--right", metavar="GLOB")
     bring.add_argument(
+        "--side-by-side",
+        metavar="GLOB",
+        help="in the place of both: pictures that hold the left and the right one beside it",
+    )
+    bring.add_argument(
         "--board", metavar="9x6",
         help="columns x rows: of a chessboard its inner corners, of a ChArUco board its squares",
     )  # fmt: skip

@@ -38,14 +38,15 @@ def board_of(columns: str, rows: str, options: argparse.Namespace, told_by: tupl
 
 def run_import(options: argparse.Namespace) -> int:
     """Make a recording from board pictures taken elsewhere, or of a calibration made elsewhere. The exit code is OK."""
-    from stereo_lab.recording import Ball, import_images
+    from stereo_lab.recording import Ball, import_images, import_side_by_side
     from stereo_lab.recording.bounds import color_name, length_mm
 
     if options.calibration:
         return _take_over(options)
-    lacking = [
-        f"--{name}" for name in ("left", "right", "board", "square-mm") if not getattr(options, name.replace("-", "_"))
-    ]
+    if options.side_by_side and (options.left or options.right):
+        raise StereoLabError("Either --left and --right, or --side-by-side, not both.")
+    needed = ("board", "square-mm") if options.side_by_side else ("left", "right", "board", "square-mm")
+    lacking = [f"--{name}" for name in needed if not getattr(options, name.replace("-", "_"))]
     if lacking:
         raise StereoLabError(
             f"Expected {', '.join(lacking)} as well; or --calibration, to take over one made elsewhere."
@@ -55,7 +56,10 @@ def run_import(options: argparse.Namespace) -> int:
         raise StereoLabError(f"--board: expected columns x rows of inner corners, as in 9x6; got {options.board!r}.")
     board = board_of(parts[0], parts[1], options, ("--board", "--board"))
     ball = Ball(color_name(options.ball_color, "--ball-color"), length_mm(options.ball_mm, "--ball-mm"))
-    recording = import_images(options.left, options.right, board, options.out, ball)
+    if options.side_by_side:
+        recording = import_side_by_side(options.side_by_side, board, options.out, ball)
+    else:
+        recording = import_images(options.left, options.right, board, options.out, ball)
     pairs = recording.pairs("calibration")
     print(f"{recording.path}: {len(pairs)} pairs of {recording.image_size[0]}x{recording.image_size[1]} pixels.")
     print(f"Next: {me()} calibrate {options.out}")

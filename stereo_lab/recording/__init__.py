@@ -3,7 +3,7 @@
 The format is described in ``data/README.md``.
 """
 
-from stereo_lab.recording.importing import import_images
+from stereo_lab.recording.importing import import_images, import_side_by_side
 from stereo_lab.recording.model import Recording
 from stereo_lab.recording.needs import with_sets
 from stereo_lab.recording.opening import COLORS, REPOSITORY, open_recording
@@ -13,6 +13,7 @@ from stereo_lab.recording.swapping import swap_sides
 from stereo_lab.recording.video import is_video
 
 __all__ = [
-    "COLORS", "REPOSITORY", "Ball", "Board", "Position", "Recording", "Sample", "StereoPair", "import_images", "is_video",
+    "COLORS", "REPOSITORY", "Ball", "Board", "Position", "Recording", "Sample", "StereoPair", "import_images", "import_side_by_side",
+    "is_video",
     "open_recording", "read_image", "swap_sides", "with_sets",
 ]  # fmt: skip

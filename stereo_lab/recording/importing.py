@@ -7,10 +7,11 @@ import os
 import re
 import shutil
 import tempfile
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import cv2
+import numpy as np
 
 from stereo_lab.common.files import natural_key, write_json
 from stereo_lab.errors import RecordingError
@@ -43,11 +44,53 @@ def import_images(
         If a pattern finds nothing, the halves do not match, a picture is broken, sizes differ or
         ``out`` is in use.
     """
+    _check_new(out)
+    return _imported(_match_halves(_expand(left_glob), _expand(right_glob)), board, Path(out), ball)
+
+
+def import_side_by_side(pattern: str, board: Board, out: str | Path, ball: Ball | None = None) -> Recording:
+    """The same of pictures that hold both cameras' beside each other, the left one's on the left.
+
+    Parameters
+    ----------
+    pattern : str, such as ``"shots/*.jpg"``
+    board, out, ball : as in :func:`import_images`
+
+    Raises
+    ------
+    RecordingError
+        As there, and where a picture's width is odd.
+    """
+    _check_new(out)
+    return _imported([(_Half(path, 0), _Half(path, 1)) for path in _expand(pattern)], board, Path(out), ball)
+
+
+@dataclass(frozen=True)
+class _Half:
+    """The left or the right half of a picture: side 0 or 1."""
+
+    path: Path
+    side: int
+
+    def __str__(self):
+        return str(self.path)
+
+    def read(self):
+        image = read_image(self.path, grey_allowed=True)
+        if image.shape[1] % 2:
+            raise RecordingError(f"{self.path} is {image.shape[1]} pixels wide: two halves of one width were expected.")
+        return np.array_split(image, 2, axis=1)[self.side]
+
+
+def _check_new(out):
     out = Path(out)
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise RecordingError(f"{out} is there already. Name a folder that is new.")
-    halves = _match_halves(_expand(left_glob), _expand(right_glob))
-    size = _one_size([path for pair in halves for path in pair])
+
+
+def _imported(halves, board, out, ball):
+    """A recording of pairs of files, or of pairs of halves."""
+    size = _one_size([picture for pair in halves for picture in pair])
     ball = ball or Ball("red", 40.0)
     facts = {
         "format": 1,
@@ -84,13 +127,20 @@ def _build_whole(out, halves, facts):
         shutil.rmtree(part, ignore_errors=True)
 
 
-def _copy_picture(path, target):
+def _copy_picture(picture, target):
+    """A file as it is where the kit reads its kind; else, and half a file, as PNG, which loses nothing."""
     target.parent.mkdir(parents=True, exist_ok=True)
-    suffix = path.suffix.lower()
-    if suffix in PICTURES:
-        shutil.copyfile(path, target.with_suffix(suffix))
-    else:
-        cv2.imwrite(str(target.with_suffix(".png")), read_image(path, grey_allowed=True))
+    if isinstance(picture, Path) and picture.suffix.lower() in PICTURES:
+        shutil.copyfile(picture, target.with_suffix(picture.suffix.lower()))
+        return
+    good, data = cv2.imencode(".png", _read(picture))
+    if not good:
+        raise RecordingError(f"{picture} cannot be written as PNG.")
+    target.with_suffix(".png").write_bytes(data.tobytes())  # cv2.imwrite knows no letters beyond ASCII on Windows
+
+
+def _read(picture):
+    return read_image(picture, grey_allowed=True) if isinstance(picture, Path) else picture.read()
 
 
 def _expand(pattern):
@@ -130,7 +180,7 @@ def _match_halves(left, right):
 
 
 def _one_size(paths):
-    sizes = {path: read_image(path, grey_allowed=True).shape[1::-1] for path in paths}
+    sizes = {path: _read(path).shape[1::-1] for path in paths}
     first = sizes[paths[0]]
     for path, size in sizes.items():
         if size != first:

@@ -1,0 +1,55 @@
+"""Pictures from elsewhere: both cameras in one picture, and kinds of files."""
+
+import cv2
+import numpy as np
+import pytest
+
+from stereo_lab import cli
+from stereo_lab.errors import RecordingError
+from stereo_lab.recording import Board, import_images, import_side_by_side, open_recording, read_image
+
+BOARD = Board(9, 6, 25.0)
+
+
+@pytest.fixture
+def pairs(bench):
+    return [(pair.left, pair.right) for pair in bench.pairs("calibration")[:3]]
+
+
+@pytest.mark.parametrize("suffix", ["png", "bmp", "tiff", "webp"])
+def test_two_in_one_picture_are_parted_without_loss(pairs, tmp_path, suffix):
+    lossless = [cv2.IMWRITE_WEBP_QUALITY, 101] if suffix == "webp" else []
+    for k, pair in enumerate(pairs):
+        cv2.imwrite(str(tmp_path / f"both {k} \u00fc.{suffix}"), np.hstack(pair), lossless)
+    made = import_side_by_side(str(tmp_path / f"both*.{suffix}"), BOARD, tmp_path / "out")
+    assert made.image_size == (640, 480)
+    for pair, (left, right) in zip(made.pairs("calibration"), pairs, strict=True):
+        assert np.array_equal(pair.left, left) and np.array_equal(pair.right, right)
+
+
+@pytest.mark.parametrize("suffix", ["bmp", "tiff"])
+def test_other_kinds_of_files_are_kept_without_loss(pairs, tmp_path, suffix):
+    for k, (left, right) in enumerate(pairs):
+        cv2.imwrite(str(tmp_path / f"left{k}.{suffix}"), left)
+        cv2.imwrite(str(tmp_path / f"right{k}.{suffix}"), right)
+    made = import_images(str(tmp_path / "left*"), str(tmp_path / "right*"), BOARD, tmp_path / "out")
+    assert np.array_equal(made.pairs("calibration")[2].right, pairs[2][1])
+
+
+def test_an_odd_width_and_two_ways_at_once_are_refused(pairs, tmp_path, capsys):
+    cv2.imwrite(str(tmp_path / "both.png"), np.hstack(pairs[0])[:, 1:])
+    with pytest.raises(RecordingError, match="1279 pixels wide: two halves of one width"):
+        import_side_by_side(str(tmp_path / "*.png"), BOARD, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+    words = ["--board", "9x6", "--square-mm", "25", "--out", str(tmp_path / "out")]
+    assert cli.main(["import", "--side-by-side", "x*", "--left", "y*", *words]) == 2
+    assert "not both" in capsys.readouterr().err
+
+
+def test_the_command(pairs, tmp_path, capsys):
+    for k, pair in enumerate(pairs):
+        cv2.imwrite(str(tmp_path / f"{k}.png"), np.hstack(pair))
+    words = ["--board", "9x6", "--square-mm", "25", "--out", str(tmp_path / "out")]
+    assert cli.main(["import", "--side-by-side", str(tmp_path / "*.png"), *words]) == 0
+    assert "3 pairs of 640x480 pixels" in capsys.readouterr().out
+    assert read_image(open_recording(tmp_path / "out").pairs("calibration")[0].left_path).shape == (480, 640, 3)
