@@ -105,7 +105,7 @@ class LiveCell(ipywidgets.VBox):
         if isinstance(self._source, VirtualBench):
             left = self._goal_mm() - self._source.ball_mm
             part = GLIDE_MM_S / self._source.rate_hz / max(np.linalg.norm(left), 1e-9)
-            self._source.ball_mm = tuple(self._source.ball_mm + min(part, 1.0) * left)
+            self._source.ball_mm = (self._source.ball_mm + min(part, 1.0) * left).tolist()
 
     def _why_it_ends(self):
         """That the page asks for an end, or is gone; empty while neither is so."""
@@ -125,7 +125,7 @@ class LiveCell(ipywidgets.VBox):
                     arm.set_limits(self._stage.arm.limits_deg)
                 self._source = stack.enter_context(self._open_pictures(arm))
                 if isinstance(self._source, VirtualBench):
-                    self._source.ball_mm = tuple(self._goal_mm())
+                    self._source.ball_mm = self._goal_mm().tolist()
                 if arm is not None:
                     if not arm.homed and (why := self._home(arm)):
                         self.text.value = why
