@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from stereo_lab.calibration import opencv_board
 from stereo_lab.errors import StereoLabError
 from stereo_lab.recording import Board
 from stereo_lab.recording.bounds import CHARUCO
@@ -21,11 +22,8 @@ FOOT_MM = 15.0  # under a board: ruler and words
 QUIET_MM = 5.0  # white round a board
 RULER_MM, TICK_MM = 100.0, 10.0
 WORDS_MM = 3.2  # high
-CROSS_MM, APART_MM, JOIN_MM = (
-    6.0,
-    50.0,
-    10.0,
-)  # marks for the floor: how large, how far apart, and the edge that is overlapped
+CROSS_MM, APART_MM = 6.0, 50.0  # marks for the floor: how large, and how far apart
+JOIN_MM = 10.0  # of a sheet of marks, overlapped by the next one
 MOST_SHEETS = 40
 
 
@@ -117,16 +115,10 @@ def mark_sheets(paper: str = "A4", sheets: int = 3, from_mm: float = 500.0) -> l
 def _marks(wide, high, rows, reach, from_mm, number, sheets):
     first = EDGE_MM + JOIN_MM
     xs = [k * APART_MM for k in range(-reach, reach + 1)]
-    lines, words = (
-        [],
-        [
-            (
-                EDGE_MM,
-                high - EDGE_MM - WORDS_MM,
-                f"Sheet {number + 1} of {sheets}. Away from the cameras is up. Crosses are {APART_MM:g} mm apart: measure them.",
-            )
-        ],
+    title = (
+        f"Sheet {number + 1} of {sheets}. Away from the cameras is up. Crosses are {APART_MM:g} mm apart: measure them."
     )
+    lines, words = [], [(EDGE_MM, high - EDGE_MM - WORDS_MM, title)]
     for row in range(rows + 1):
         y = first + row * APART_MM
         joins = (row == 0 and number > 0) or (row == rows and number + 1 < sheets)
@@ -153,8 +145,6 @@ def _down_from(top_left, x, y, wide, high):
 
 def _marker_cells(board: Board) -> Iterator[tuple[float, float, float, float]]:
     """Dark cells of all markers, each row's neighbours as one: x, y (down), width, height."""
-    from stereo_lab.calibration import opencv_board
-
     printed = opencv_board(board)
     dictionary = printed.getDictionary()
     cells = dictionary.markerSize + 2  # a dark rim round them

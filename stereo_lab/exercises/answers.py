@@ -392,9 +392,8 @@ class Command:
         words, right = _words(answer), _words(self.right)
         if re.fullmatch(r"N\d+", answer.split()[0], re.IGNORECASE):
             return Verdict(NOT_YET, "the number of the line is put before it for you: leave it away.")
-        if words[: len(right)] == right and all(isinstance(w, float) and 0 < w <= 100 for w in words[len(right) :][:1]):
-            words = right if len(words) <= len(right) + 1 else words
-        if words == right:
+        percent = words[len(right) :]
+        if words[: len(right)] == right and (not percent or _is_percent(percent)):
             return Verdict(PASS, self.praise)
         for mistake in self.wrong:
             if words == _words(mistake.answer):
@@ -420,6 +419,11 @@ SIGNS = {
 def _has_a_blank(function):
     """Whether ``____`` still stands in a function of Python's."""
     return "____" in getattr(getattr(function, "__code__", None), "co_names", ())
+
+
+def _is_percent(words):
+    """Whether these words are one, and a part of the full speed."""
+    return len(words) == 1 and isinstance(words[0], float) and 0 < words[0] <= 100
 
 
 def _words(line):
