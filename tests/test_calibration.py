@@ -46,7 +46,7 @@ def test_triangulate_agrees_with_opencv(bench, bench_calibration):
         bench_calibration.rectify_points(raw_right, "right"),
     )
     right[:, 1] = left[:, 1]
-    projections = [bench_calibration._rectified[side][1] for side in ("left", "right")]
+    projections = [bench_calibration.rectified[side][1] for side in ("left", "right")]
     points = cv2.triangulatePoints(*projections, left.T, right.T)
     assert np.allclose(bench_calibration.triangulate(left, right), (points[:3] / points[3]).T, atol=1e-6)
 

@@ -64,7 +64,7 @@ def test_a_larger_picture_shows_the_same_ball_to_larger_cameras(bench, bench_cal
     ball = BallDetector("red", camera=cameras.camera("left")).detect(picture)
     rays = [c.rectify_points([b.center_px], "left")[0] for c, b in ((bench_calibration, whole), (cameras, ball))]
     own = [
-        (ray - c._rectified["left"][1][:2, 2]) / c.focal_px
+        (ray - c.rectified["left"][1][:2, 2]) / c.focal_px
         for ray, c in zip(rays, (bench_calibration, cameras), strict=True)
     ]
     assert own[0] == pytest.approx(own[1], abs=0.4 / bench_calibration.focal_px * 640 / size[0] + 1e-3)

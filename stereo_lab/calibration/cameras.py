@@ -89,16 +89,16 @@ class StereoCalibration:
     @property
     def focal_px(self) -> float:
         """Focal length of the rectified pair."""
-        return float(self._rectified["left"][1][0, 0])
+        return float(self.rectified["left"][1][0, 0])
 
     @property
     def center_px(self) -> tuple[float, float]:
         """Principal point (c_u, c_v) of the rectified pair: the pixel that looks straight ahead."""
-        projection = self._rectified["left"][1]
+        projection = self.rectified["left"][1]
         return float(projection[0, 2]), float(projection[1, 2])
 
     @cached_property
-    def _rectified(self):
+    def rectified(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """``{side: (rotation 3x3, projection 3x4)}`` of ``cv2.stereoRectify``."""
         r1, r2, p1, p2 = cv2.stereoRectify(
             self.left_matrix,
@@ -117,7 +117,7 @@ class StereoCalibration:
         """``{side: the two maps of cv2.initUndistortRectifyMap}``: where each rectified pixel comes from."""
         return {
             side: cv2.initUndistortRectifyMap(
-                *self.camera(side), *self._rectified[side], tuple(self.image_size), cv2.CV_32FC1
+                *self.camera(side), *self.rectified[side], tuple(self.image_size), cv2.CV_32FC1
             )
             for side in ("left", "right")
         }
@@ -160,13 +160,13 @@ class StereoCalibration:
     def rectify_points(self, points_Nx2: ArrayLike, side: str) -> np.ndarray:
         """Raw pixels of one camera to rectified pixels, shape (N, 2) (``cv2.undistortPoints``)."""
         points = np.asarray(points_Nx2, float).reshape(-1, 1, 2)
-        rotation, projection = self._rectified[side]
+        rotation, projection = self.rectified[side]
         return cv2.undistortPoints(points, *self.camera(side), R=rotation, P=projection, criteria=EXACT).reshape(-1, 2)
 
     def unrectify_points(self, points_Nx2: ArrayLike, side: str) -> np.ndarray:
         """Rectified pixels of one camera back to raw pixels, shape (N, 2) (``cv2.projectPoints``)."""
         points = np.asarray(points_Nx2, float).reshape(-1, 2)
-        rotation, projection = self._rectified[side]
+        rotation, projection = self.rectified[side]
         rays = np.column_stack([points, np.ones(len(points))]) @ np.linalg.inv(projection[:, :3]).T @ rotation
         return cv2.projectPoints(rays.reshape(-1, 1, 3), np.zeros(3), np.zeros(3), *self.camera(side))[0].reshape(-1, 2)
 
@@ -197,7 +197,7 @@ class StereoCalibration:
         ndarray, shape (N, 3), mm: X right, Y down, Z forward
         """
         left, right = (np.asarray(p, float).reshape(-1, 2) for p in (left_Nx2, right_Nx2))
-        p1, p2 = self._rectified["left"][1], self._rectified["right"][1]
+        p1, p2 = self.rectified["left"][1], self.rectified["right"][1]
         focal = p1[0, 0]
         disparity = (left[:, 0] - p1[0, 2]) - (right[:, 0] - p2[0, 2])
         with np.errstate(divide="ignore"):
@@ -227,7 +227,7 @@ class StereoCalibration:
 
     def place_slopes(self, points_Nx3: ArrayLike) -> np.ndarray:
         """How places in the rectified left frame, mm, change with the cameras' 24 unknowns, shape (N, 3, 24)."""
-        to_rectified = self._rectified["left"][0]
+        to_rectified = self.rectified["left"][0]
         points = np.asarray(points_Nx3, float).reshape(-1, 3) @ to_rectified
         return to_rectified @ uncertainty.place_slopes(points, self.rig)
 

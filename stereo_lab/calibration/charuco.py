@@ -9,7 +9,7 @@ from stereo_lab.calibration.crossing import place_corners
 from stereo_lab.recording import Board
 from stereo_lab.recording.bounds import DICTIONARIES
 
-LOOK_WIDTH = 1600  # markers are looked for in pictures enlarged to this width, to twice their size at most
+LOOK_WIDTH = 1600  # small pictures are enlarged to this width, to twice their size at most
 RIM_PX = 3  # nearer to the picture's edge, half of what places a corner is cut off
 FEWEST = 6  # corners that tell how a board is held; on one line they do not
 LINE = 0.05  # of a square: corners of which none is farther from a line stand on one
@@ -43,7 +43,7 @@ def find_charuco(grey: np.ndarray, board: Board) -> np.ndarray | None:
 
 def dictionary_in(grey: np.ndarray, board: Board) -> str | None:
     """The dictionary, other than the board's, from which most markers of a picture come; None where none is read."""
-    large, _ = _enlarged(grey)
+    large, _ = enlarged(grey)
     read = {}
     for name in DICTIONARIES:
         if name.endswith("_50") or name == board.dictionary:  # smaller ones are the beginning of larger ones
@@ -63,14 +63,15 @@ def _dictionary(name):
     return cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, name))
 
 
-def _enlarged(grey):
+def enlarged(grey: np.ndarray) -> tuple[np.ndarray, float]:
+    """A small picture made larger, where small boards are found as well, and how many times as large it is."""
     scale = min(2.0, max(1.0, LOOK_WIDTH / grey.shape[1]))
     return (grey if scale == 1 else cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC)), scale
 
 
 def _read(grey, board):
     """Corners beside the markers that are read, to about a pixel; NaN for the others."""
-    large, scale = _enlarged(grey)
+    large, scale = enlarged(grey)
     how = cv2.aruco.CharucoParameters()
     how.minMarkers, how.tryRefineMarkers = 1, True
     corners, numbers, _, _ = cv2.aruco.CharucoDetector(opencv_board(board), how).detectBoard(large)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import cv2
 import numpy as np
 
-from stereo_lab.calibration.charuco import dictionary_in, find_charuco
+from stereo_lab.calibration.charuco import dictionary_in, enlarged, find_charuco
 from stereo_lab.calibration.crossing import place_corners
 from stereo_lab.errors import CalibrationError
 from stereo_lab.recording import Board, StereoPair
@@ -16,7 +16,6 @@ from stereo_lab.recording.bounds import CHARUCO, FEWEST_CORNERS, MOST_CORNERS
 CLASSIC = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 SECTOR = cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY
 FIND_WIDTH = 1280  # boards are found in pictures no wider than this; corners are placed in the full one
-SECTOR_WIDTH = 1600  # the sector finder looks in pictures enlarged to this width, to twice their size at most
 NEAR_OF_SQUARE = 0.2  # radius of the first, rough placing, as a part of the square
 
 
@@ -60,8 +59,7 @@ def _classic(grey, size):
 
 def _sector(grey, size):
     """The sector finder on an enlarged picture, where small boards are found as well."""
-    scale = min(2.0, max(1.0, SECTOR_WIDTH / grey.shape[1]))
-    large = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC)
+    large, scale = enlarged(grey)
     found, corners = cv2.findChessboardCornersSB(large, size, flags=SECTOR)
     return (corners.reshape(-1, 2) + 0.5) / scale - 0.5 if found else None
 
@@ -145,10 +143,10 @@ def match_order(left: np.ndarray, right: np.ndarray, board: Board) -> np.ndarray
 
 def check_board_size(pairs: Sequence[StereoPair], board: Board) -> None:
     """Raise CalibrationError that names the board's real size, or its real dictionary, if another one fits most pictures."""
-    if board.kind == CHARUCO:
-        return _check_dictionary(pairs, board)
-    tries: dict[tuple[int, int], int] = {}
     shown = list(pairs)[:: max(1, len(pairs) // 3)][:3]
+    if board.kind == CHARUCO:
+        return _check_dictionary(shown, board)
+    tries: dict[tuple[int, int], int] = {}
     for pair in shown:
         for size in _neighbours(board):
             if find_corners(pair.left, size, (_classic,)) is not None:
@@ -168,9 +166,8 @@ def check_board_size(pairs: Sequence[StereoPair], board: Board) -> None:
     )
 
 
-def _check_dictionary(pairs, board):
+def _check_dictionary(shown, board):
     """The same for the markers of a ChArUco board."""
-    shown = list(pairs)[:: max(1, len(pairs) // 3)][:3]
     greys = [cv2.cvtColor(pair.left, cv2.COLOR_BGR2GRAY) for pair in shown]
     names = [name for grey in greys if (name := dictionary_in(grey, board)) is not None]
     if names:

@@ -16,10 +16,11 @@ import numpy as np
 import yaml
 
 from stereo_lab.calibration import StereoCalibration
-from stereo_lab.calibration.saved import TAKEN_OVER
+from stereo_lab.calibration.saved import ARRAYS, TAKEN_OVER, as_field
 from stereo_lab.common.files import read_bytes, write_json, write_whole
 from stereo_lab.errors import CalibrationError
-from stereo_lab.recording import Ball, Recording, open_recording
+from stereo_lab.recording import Ball, Board, Recording, open_recording
+from stereo_lab.recording.importing import camera_facts, check_new
 
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "inch": 25.4, "m": 1000.0}
 BASELINE_MM = (10.0, 3000.0)  # of two cameras on a table, or on a mast
@@ -32,7 +33,7 @@ NAMES = {  # what OpenCV's examples and common tools call each of them
     "translation_mm": ("T", "translation", "Translation_Vector"),
 }
 WIDTHS, HEIGHTS = ("image_width", "imageWidth", "width"), ("image_height", "imageHeight", "height")
-ROS_LENSES = {"plumb_bob": 5, "rational_polynomial": 8}
+ROS_LENSES = ("plumb_bob", "rational_polynomial")
 
 
 def export_calibration(calibration: StereoCalibration, folder: str | Path, name: str = "stereo_lab") -> list[Path]:
@@ -50,28 +51,14 @@ def export_calibration(calibration: StereoCalibration, folder: str | Path, name:
     """
     folder = Path(folder)
     files = [folder / "stereo.yml", folder / "left.yaml", folder / "right.yaml"]
-    rectified = rectification(calibration)
-    write_whole(files[0], _opencv_text(calibration, rectified))
-    for file, side, (turn, projection) in zip(files[1:], ("left", "right"), rectified, strict=True):
-        write_whole(
-            file,
-            yaml.safe_dump(
-                _ros_facts(calibration, side, turn, projection, name), sort_keys=False, default_flow_style=None
-            ),
-        )
+    write_whole(files[0], _opencv_text(calibration))
+    for file, side in zip(files[1:], ("left", "right"), strict=True):
+        facts = _ros_facts(calibration, side, name)
+        write_whole(file, yaml.safe_dump(facts, sort_keys=False, default_flow_style=None))
     return files
 
 
-def rectification(calibration: StereoCalibration) -> list[tuple[np.ndarray, np.ndarray]]:
-    """R and P of both cameras, P in mm (``cv2.stereoRectify``, alpha 0)."""
-    found = cv2.stereoRectify(
-        calibration.left_matrix, calibration.left_distortion, calibration.right_matrix, calibration.right_distortion,
-        calibration.image_size, calibration.rotation, calibration.translation_mm.reshape(3, 1), alpha=0,
-    )  # fmt: skip
-    return [(found[0], found[2]), (found[1], found[3])]
-
-
-def _opencv_text(calibration, rectified):
+def _opencv_text(calibration):
     file = cv2.FileStorage(".yml", cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY)
     width, height = calibration.image_size
     file.write("image_width", int(width))
@@ -82,14 +69,15 @@ def _opencv_text(calibration, rectified):
         file.write(
             names[0], value if value.ndim == 2 else value.reshape(1, -1) if "dist" in field else value.reshape(-1, 1)
         )
-    for k, (turn, projection) in enumerate(rectified, 1):
+    for k, (turn, projection) in enumerate(calibration.rectified.values(), 1):
         file.write(f"R{k}", turn)
         file.write(f"P{k}", projection)
     return file.releaseAndGetString()
 
 
-def _ros_facts(calibration, side, turn, projection, name):
+def _ros_facts(calibration, side, name):
     lens = getattr(calibration, f"{side}_distortion")
+    turn, projection = calibration.rectified[side]
     in_metres = projection.copy()
     in_metres[:, 3] /= UNITS_MM["m"]
     table = lambda a: {"rows": len(a), "cols": a.shape[1], "data": [float(v) for v in a.ravel()]}
@@ -158,13 +146,9 @@ def recording_of(calibration: StereoCalibration, folder: str | Path, ball: Ball)
             raise CalibrationError(
                 f"The pictures of {folder} are {_by(recording.image_size)} pixels, those of the calibration {_by(calibration.image_size)}."
             )
-    elif folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise CalibrationError(f"{folder} is there already, and no recording. Name a folder that is new.")
     else:
-        facts = {
-            "format": 1, "title": folder.name, "made_by": "camera", "image_size": list(calibration.image_size), "frame_rate": 10,
-            "board": {"columns": 9, "rows": 6, "square_mm": 25.0}, "ball": {"color": ball.color, "diameter_mm": ball.diameter_mm},
-        }  # fmt: skip
+        check_new(folder)
+        facts = camera_facts(folder.name, calibration.image_size, Board(9, 6, 25.0), ball)
         write_json(folder / "recording.json", facts)
     calibration.save(folder / "calibration.json")
     return open_recording(folder.resolve())
@@ -226,8 +210,6 @@ def _one_of(values, names):
 
 def _shaped(value, field, where):
     """An array as :class:`StereoCalibration` has it, looked at as one that is read from a file of the kit's own."""
-    from stereo_lab.calibration.saved import ARRAYS, as_field
-
     array = np.asarray(value, float)
     if field == "rotation" and array.size == 3:
         array = cv2.Rodrigues(array.ravel())[0]

@@ -9,6 +9,7 @@ import shutil
 import tempfile
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -44,7 +45,7 @@ def import_images(
         If a pattern finds nothing, the halves do not match, a picture is broken, sizes differ or
         ``out`` is in use.
     """
-    _check_new(out)
+    check_new(out)
     return _imported(_match_halves(_expand(left_glob), _expand(right_glob)), board, Path(out), ball)
 
 
@@ -61,7 +62,7 @@ def import_side_by_side(pattern: str, board: Board, out: str | Path, ball: Ball 
     RecordingError
         As there, and where a picture's width is odd.
     """
-    _check_new(out)
+    check_new(out)
     return _imported([(_Half(path, 0), _Half(path, 1)) for path in _expand(pattern)], board, Path(out), ball)
 
 
@@ -82,26 +83,36 @@ class _Half:
         return np.array_split(image, 2, axis=1)[self.side]
 
 
-def _check_new(out):
+def check_new(out: str | Path) -> None:
+    """Refuse to fill a folder that has something in it.
+
+    Raises
+    ------
+    RecordingError
+        If it has, or is no folder.
+    """
     out = Path(out)
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise RecordingError(f"{out} is there already. Name a folder that is new.")
 
 
-def _imported(halves, board, out, ball):
-    """A recording of pairs of files, or of pairs of halves."""
-    size = _one_size([picture for pair in halves for picture in pair])
-    ball = ball or Ball("red", 40.0)
-    facts = {
+def camera_facts(title: str, size: tuple[int, int], board: Board, ball: Ball) -> dict[str, Any]:
+    """What recording.json says of pictures taken elsewhere."""
+    return {
         "format": 1,
-        "title": out.name,
+        "title": title,
         "made_by": "camera",
         "image_size": list(size),
         "frame_rate": 10,
         "board": {name: value for name, value in asdict(board).items() if value is not None},
         "ball": {"color": color_name(ball.color, "ball color"), "diameter_mm": ball.diameter_mm},
     }
-    _build_whole(out, halves, facts)
+
+
+def _imported(halves, board, out, ball):
+    """A recording of pairs of files, or of pairs of halves."""
+    size = _one_size([picture for pair in halves for picture in pair])
+    _build_whole(out, halves, camera_facts(out.name, size, board, ball or Ball("red", 40.0)))
     return open_recording(out.resolve())
 
 
