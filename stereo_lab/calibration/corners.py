@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -16,6 +17,7 @@ from stereo_lab.recording.bounds import CHARUCO, FEWEST_CORNERS, MOST_CORNERS
 CLASSIC = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 SECTOR = cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY
 FIND_WIDTH = 1280  # boards are found in pictures no wider than this; corners are placed in the full one
+SHOWN = 3  # pairs in which another board is looked for
 NEAR_OF_SQUARE = 0.2  # radius of the first, rough placing, as a part of the square
 
 
@@ -143,45 +145,44 @@ def match_order(left: np.ndarray, right: np.ndarray, board: Board) -> np.ndarray
 
 def check_board_size(pairs: Sequence[StereoPair], board: Board) -> None:
     """Raise CalibrationError that names the board's real size, or its real dictionary, if another one fits most pictures."""
-    shown = list(pairs)[:: max(1, len(pairs) // 3)][:3]
-    if board.kind == CHARUCO:
-        return _check_dictionary(shown, board)
-    tries: dict[tuple[int, int], int] = {}
-    for pair in shown:
-        for size in _neighbours(board):
-            if find_corners(pair.left, size, (_classic,)) is not None:
-                tries[size.columns, size.rows] = tries.get((size.columns, size.rows), 0) + 1
-                break
-    if not tries:
+    shown = board_shown(pairs, board)
+    if shown is None:
         return
-    (columns, rows), _ = max(tries.items(), key=lambda item: item[1])
-    counted = (
-        " You counted squares; count the corners where four squares meet."
-        if (sorted((board.columns, board.rows)) == sorted((columns + 1, rows + 1)))
-        else ""
-    )
+    if board.kind == CHARUCO:
+        raise CalibrationError(
+            f"The board's markers were said to be from {board.dictionary}; those in the pictures are from {shown.dictionary}, or "
+            "one of the larger dictionaries that begin with it. Set the board's dictionary to what is printed on it."
+        )
+    counted = " You counted squares; count the corners where four squares meet." if counts_squares(board, shown) else ""
     raise CalibrationError(
         f"The board was said to have {board.columns}x{board.rows} inner corners; the pictures show "
-        f"{columns}x{rows}.{counted} Set board columns to {columns} and rows to {rows}."
+        f"{shown.columns}x{shown.rows}.{counted} Set board columns to {shown.columns} and rows to {shown.rows}."
     )
 
 
-def _check_dictionary(shown, board):
-    """The same for the markers of a ChArUco board."""
-    greys = [cv2.cvtColor(pair.left, cv2.COLOR_BGR2GRAY) for pair in shown]
-    names = [name for grey in greys if (name := dictionary_in(grey, board)) is not None]
-    if names:
-        name = max(names, key=names.count)
-        raise CalibrationError(
-            f"The board's markers were said to be from {board.dictionary}; those in the pictures are from {name}, or one of the "
-            f"larger dictionaries that begin with it. Set the board's dictionary to what is printed on it."
-        )
+def counts_squares(board: Board, shown: Board) -> bool:
+    """Whether who gave ``board`` counted the squares of the chessboard that the pictures show."""
+    return sorted((board.columns, board.rows)) == sorted((shown.columns + 1, shown.rows + 1))
+
+
+def board_shown(pairs: Sequence[StereoPair], board: Board) -> Board | None:
+    """The board that most pictures show where it is not the one that was told: another size, or another dictionary."""
+    some = list(pairs)[:: max(1, len(pairs) // SHOWN)][:SHOWN]
+    told = [_other_board(pair.left, board) for pair in some]
+    seen = [other for other in told if other is not None]
+    return max(seen, key=seen.count) if seen else None
+
+
+def _other_board(image, board):
+    """A board of another size, or with markers from another dictionary, that one picture shows; or None."""
+    if board.kind == CHARUCO:
+        name = dictionary_in(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), board)
+        return None if name is None else replace(board, dictionary=name)
+    return next((other for other in _neighbours(board) if find_corners(image, other, (_classic,)) is not None), None)
 
 
 def _neighbours(board):
     """Other sizes, the likeliest mistakes first."""
-    from dataclasses import replace
-
     changes = [(-1, -1), (1, 1), (0, -1), (-1, 0), (0, 1), (1, 0), (-2, -2), (2, 2), (-1, -2), (-2, -1), (1, 2), (2, 1)]
     for columns, rows in ((board.columns, board.rows), (board.rows, board.columns)):
         for dc, dr in changes:

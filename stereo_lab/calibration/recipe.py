@@ -49,10 +49,34 @@ def calibrate_stereo(
     """
     pairs = list(pairs)
     views, dropped, size = find_views(pairs, board, progress)
+    check_enough([view for view in views if view.seen_by_both], pairs, board)
+    return calibrate_views(views, board, size, [pair.name for pair in pairs], dropped, depth_mm)
+
+
+def calibrate_views(
+    views: Sequence[View], board: Board, size: tuple[int, int], names: Sequence[str], dropped: Sequence[tuple[str, str]] = (),
+    depth_mm: float = JUDGED_AT_MM,
+) -> StereoCalibration:  # fmt: skip
+    """The same from corners that are found already.
+
+    Parameters
+    ----------
+    views : sequence of View, each with the corners of at least one camera, enough of them of both
+    board : Board
+    size : (width, height), px
+    names : of all pairs there were, in their order
+    dropped : (name, why) of pairs that are left out already
+    depth_mm : float, the distance from the cameras for which the verdict is given
+
+    Raises
+    ------
+    CalibrationError
+        As :func:`calibrate_stereo`.
+    """
     both = [view for view in views if view.seen_by_both]
-    check_enough(both, pairs, board)
     check_spread(both, size)
-    views.sort(key=lambda view: view.place)  # by what is seen: a file's name decides nothing
+    views = sorted(views, key=lambda view: view.place)  # by what is seen: a file's name decides nothing
+    dropped = list(dropped)
     with one_thread():
         shapes = board_shapes(board)
         rig, boards, together = first_rig(views, shapes.flat, size, len(shapes.sigma_mm))
@@ -66,8 +90,8 @@ def calibrate_stereo(
         quality = _quality(fit, kept, board, shapes, size, depth_mm)
         check_tilt(quality["focal_sigma_percent"])
         calibration = StereoCalibration(
-            image_size=size, pairs=len(pairs), found=len(both),
-            used=tuple(p.name for p in pairs if p.name in {view.name for view in kept if view.seen_by_both}),
+            image_size=size, pairs=len(names), found=len(both),
+            used=tuple(name for name in names if name in {view.name for view in kept if view.seen_by_both}),
             dropped=tuple(sorted(dropped)), depth_mm=depth_mm, **_cameras(fit.solution.rig), outlines=_outlines(kept, board),
             corners_left_out=_corners_left_out(fit.solution, kept),
             **quality,

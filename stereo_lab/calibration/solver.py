@@ -50,7 +50,7 @@ def solve(rig: Rig, boards: Boards, views: Sequence[View], shapes: Shapes, size:
     seen, there = stacked(views)
     chosen = np.arange(len(views))
     while True:
-        rough, sigma = _rough(rig, boards.some(chosen), seen[chosen], there[chosen], shapes, size)
+        rough, sigma = robust_fit(rig, boards.some(chosen), seen[chosen], there[chosen], shapes, size)
         off = view_errors(rough.missing, there[chosen], BAD_CORNER * sigma)
         bad = off > max(BAD_VIEW * np.median(off), BAD_VIEW * LEAST_SIGMA_PX)
         if not bad.any() or (~bad).sum() < max(FEWEST, len(views) / 2):
@@ -61,8 +61,18 @@ def solve(rig: Rig, boards: Boards, views: Sequence[View], shapes: Shapes, size:
     return Fit(solution, kept, [k for k in range(len(views)) if k not in kept], sigma)
 
 
-def _rough(rig, boards, seen, there, shapes, size):
-    """A fit with Huber's weights, and the robust sigma of a coordinate."""
+def robust_fit(
+    rig: Rig, boards: Boards, seen: np.ndarray, there: np.ndarray, shapes: Shapes, size: tuple[int, int]
+) -> tuple[Solution, float]:
+    """A fit in which nobody pulls hard (Huber's weights), and the robust sigma of a coordinate, px.
+
+    Parameters
+    ----------
+    rig, boards : Rig and Boards to start from
+    seen, there : ndarray, as :func:`stacked` gives them
+    shapes : Shapes
+    size : (width, height), px
+    """
     weights, sigma = there.astype(float), 1.0
     for _ in range(ROUNDS):
         solution = fit(rig, boards, seen, weights, shapes, prior_of(rig, shapes, size), sigma**2, ROUGH)

@@ -34,7 +34,7 @@ def first_rig(
     """
     lenses = [_lens_alone([getattr(v, side) for v in views], flat, size) for side in ("left", "right")]
     poses = [
-        [_pose(getattr(v, side), flat, lens) for v in views]
+        [board_pose(getattr(v, side), flat, lens) for v in views]
         for side, lens in zip(("left", "right"), lenses, strict=True)
     ]
     both = [k for k, (a, b) in enumerate(zip(*poses, strict=True)) if a is not None and b is not None]
@@ -72,7 +72,7 @@ def _fit_after_all(views, flat, rig, boards, together):
 
 def _off(view, flat, rig):
     """Mean distance of the right corners from where the left camera, and the rig, put them, px."""
-    pose = _pose(view.left, flat, rig.left)
+    pose = board_pose(view.left, flat, rig.left)
     if pose is None:
         return np.inf
     in_left = flat @ pose[0].T + pose[1]
@@ -91,8 +91,8 @@ def _lens_alone(seen, flat, size):
     return np.array([focal, focal, (size[0] - 1) / 2, (size[1] - 1) / 2, 0, 0, 0, 0, 0])
 
 
-def _pose(seen, flat, lens):
-    """Rotation and translation of a board before one camera, or None where too little is seen."""
+def board_pose(seen: np.ndarray, flat: np.ndarray, lens: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Rotation and translation of a board before one camera (``cv2.solvePnP``), or None where too little is seen."""
     there = ~np.isnan(seen[:, 0])
     if there.sum() < 4:
         return None
