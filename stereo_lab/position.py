@@ -96,7 +96,7 @@ class RigidFit:
         if spread[1] < 1e-3 * spread[0]:
             raise StereoLabError("All samples lie on one line: move the ball sideways as well as in depth.")
         sigma = np.ones_like(camera) if sigma_Nx3 is None else np.asarray(sigma_Nx3, float)
-        (rotation, shift), scale = _kabsch(camera, bench), 1.0
+        (rotation, shift), scale = kabsch(camera, bench), 1.0
         for _ in range(STEPS):
             gain, variance, away = _gain(camera, bench, sigma, rotation, shift, scale, free_scale)
             step = np.einsum("kni,ni->k", gain, away)
@@ -113,8 +113,8 @@ class RigidFit:
         return _slopes(np.asarray(camera_Nx3, float).reshape(-1, 3), self.rotation, self.scale)
 
 
-def _kabsch(camera, bench):
-    """Turn and shift that bring two sets of points together, all counted alike (Kabsch)."""
+def kabsch(camera: np.ndarray, bench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Turn (3, 3) and shift (3,) that bring two sets of points together, all counted alike (Kabsch)."""
     a, b = camera - camera.mean(0), bench - bench.mean(0)
     u, _, vt = np.linalg.svd(a.T @ b)
     mirror = np.diag([1, 1, np.sign(np.linalg.det(u @ vt))])

@@ -175,10 +175,10 @@ def equations(
     damping : float, Marquardt's share of the diagonal
     """
     root = np.sqrt(weights)[..., None]
-    boards = len(missing)
-    a = (by_shared * root[..., None]).reshape(boards, -1, by_shared.shape[-1])
-    b = (by_held * root[..., None]).reshape(boards, -1, 6)
-    e = (missing * root).reshape(boards, -1, 1)
+    boards, seen = len(missing), missing[0].size
+    a = (by_shared * root[..., None]).reshape(boards, seen, by_shared.shape[-1])
+    b = (by_held * root[..., None]).reshape(boards, seen, 6)
+    e = (missing * root).reshape(boards, seen, 1)
     at, bt = a.transpose(0, 2, 1), b.transpose(0, 2, 1)
     shared, mixed, held = at @ a, at @ b, bt @ b
     for square in (shared, held):

@@ -18,6 +18,7 @@ from stereo_lab.calibration.solver import OTHER_MOMENT, solve, why_bad
 from stereo_lab.calibration.start import first_rig
 from stereo_lab.calibration.uncertainty import covariance, misfit
 from stereo_lab.calibration.verdict import verdict_on
+from stereo_lab.calibration.views import View
 from stereo_lab.common.threads import one_thread
 from stereo_lab.recording import Board, StereoPair
 

@@ -77,7 +77,8 @@ def _off(view, flat, rig):
         return np.inf
     in_left = flat @ pose[0].T + pose[1]
     told = project(in_left @ rig.rotation.T + rig.translation, rig.right)[0]
-    return np.nan_to_num(np.linalg.norm(told - view.right, axis=1)[~np.isnan(view.right[:, 0])].mean(), nan=np.inf)
+    there = ~np.isnan(view.right[:, 0])
+    return np.linalg.norm(told - view.right, axis=1)[there].mean() if there.any() else np.inf
 
 
 def _lens_alone(seen, flat, size):

@@ -68,6 +68,8 @@ def place_slopes(points: np.ndarray, rig: Rig) -> np.ndarray:
     -------
     ndarray, shape (N, 3, 24), mm per unit of each unknown
     """
+    if not len(points):
+        return np.zeros((0, 3, CAMERAS))
     turned = points @ rig.rotation.T
     _, left_by_point, left_by_lens = project(points, rig.left)
     _, right_by_point, right_by_lens = project(turned + rig.translation, rig.right)

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 
 from stereo_lab.cli.arm import ARM_ACTIONS, run_arm
-from stereo_lab.cli.capture import run_board, run_cameras, run_export, run_import
+from stereo_lab.cli.capture import run_board, run_cameras, run_check, run_export, run_import
 from stereo_lab.cli.checks import run_bench, run_test
 from stereo_lab.cli.course import run_progress, run_reset, run_start
 from stereo_lab.cli.live import run_live, run_log, run_watch
@@ -144,6 +144,13 @@ def _parser():
     bring.add_argument("--ball-color", default="red", metavar="NAME")
     bring.add_argument("--ball-mm", default="40", metavar="MM", help="diameter of the ball (default: %(default)s)")
     _add_json(bring)
+
+    check = add(
+        "check", run_check, "Look a recording through: what is wrong, what it costs in millimetres, and what to do.",
+        "check data/mine --report check.html",
+    )  # fmt: skip
+    check.add_argument("--report", metavar="FILE", help="write the findings with their figures, as HTML")
+    _add_recording(check)
 
     cameras = add("cameras", run_cameras, "Tell which cameras open, and what they give.", "cameras --which")
     cameras.add_argument("--which", action="store_true", help="of two, find out which is the left one: cover its lens")

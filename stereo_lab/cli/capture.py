@@ -1,8 +1,9 @@
-"""The commands of one's own cameras: board, cameras, import, export."""
+"""The commands of one's own cameras: board, cameras, import, check, export."""
 
 from __future__ import annotations
 
 import argparse
+import os
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
@@ -117,6 +118,30 @@ def run_cameras(options: argparse.Namespace) -> int:
         )
     write_json_option(options.json, {"cameras": [asdict(camera) for camera in cameras]})
     return OK if len(working) >= 2 else WANTING
+
+
+def run_check(options: argparse.Namespace) -> int:
+    """Look a recording through and say what is wrong with it; WANTING where something is that matters."""
+    os.environ.setdefault("MPLBACKEND", "agg")  # figures go to a file: no window is needed, nor a screen
+    from stereo_lab.cli.terminal import Progress
+    from stereo_lab.common.files import check_target
+    from stereo_lab.doctor import check_recording
+    from stereo_lab.recording import open_recording
+
+    recording = open_recording(options.recording)
+    if options.report:
+        check_target(options.report)
+    with Progress() as progress:
+        checkup = check_recording(recording, progress)
+    if options.json != "-" or options.report:
+        from stereo_lab.results import checkup as told
+    if options.json != "-":
+        print(f"{recording.title}\n({recording.path})\n")
+        print(*told.lines(checkup), sep="\n")
+    if options.report:
+        told.write(checkup, recording, options.report)
+    write_json_option(options.json, checkup.facts())
+    return OK if checkup.verdict == "clean" else WANTING
 
 
 def run_export(options: argparse.Namespace) -> int:

@@ -107,7 +107,7 @@ def sentences(results: Results) -> list[str]:
 
 def write(results: Results, path: str | Path) -> None:
     """Write the report: one HTML file with the paper's figures 2, 4, 5, 8 and 9 drawn from this run."""
-    sections = [_section(figure.draw(results), figure.caption) for figure in FIGURES if figure.fits(results)]
+    sections = [section(figure.draw(results), figure.caption) for figure in FIGURES if figure.fits(results)]
     cells = "".join("<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in row) + "</tr>" for row in rows(results))
     words = "".join(f"<p>{html.escape(s)}</p>" for s in sentences(results))
     body = DEMO.format(kind=kind_of(results.recording), rows=cells, words=words, figures="".join(sections))
@@ -183,10 +183,11 @@ def write_calibration(calibration: StereoCalibration, recording: Recording, path
     )
     lines = [f"This is a {kind_of(recording)}.", *filter(None, calibration_lines(calibration))]
     words = "".join(f"<p>{html.escape(line)}</p>" for line in lines)
-    write_whole(path, PAGE.format(title=html.escape(recording.title), body=words + _section(fig, caption)))
+    write_whole(path, PAGE.format(title=html.escape(recording.title), body=words + section(fig, caption)))
 
 
-def _section(fig, caption):
+def section(fig: plots.Figure, caption: str) -> str:
+    """A figure with its caption, as a piece of a page; the figure is closed."""
     picture = base64.b64encode(plots.png(fig)).decode()
     text = html.escape(caption)
     return f'<figure><img alt="{text}" src="data:image/png;base64,{picture}"><figcaption>{text}</figcaption></figure>'

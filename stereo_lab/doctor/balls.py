@@ -1,0 +1,144 @@
+"""The ball in the measured pairs: where it is seen, where it is lost, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereo_lab.calibration import StereoCalibration
+from stereo_lab.detection import BallColor, BallDetector, Detection
+from stereo_lab.detection.color import HUES
+from stereo_lab.errors import StereoLabError
+from stereo_lab.localization import find_pair
+from stereo_lab.recording import Ball, Sample
+
+ROW_PX = 4.0  # two balls on rows farther apart are not one
+TRIED = 5  # pictures in which other colours are looked for
+FAR_MORE = 3.0  # times the ball's own pixels: so much else of its colour hides it
+
+
+@dataclass(frozen=True, eq=False)
+class Sighting:
+    """The ball in one measured pair.
+
+    Attributes
+    ----------
+    name : str, "position/003"
+    sample : Sample
+    left, right : Detection or None
+    """
+
+    name: str
+    sample: Sample
+    left: Detection | None
+    right: Detection | None
+
+    @property
+    def seen(self) -> bool:
+        """Whether both cameras see it."""
+        return self.left is not None and self.right is not None
+
+
+def state_of_balls(
+    states: Sequence[StereoCalibration], samples: Sequence[Sample], color: BallColor, undo: tuple[str, str]
+) -> StereoCalibration:
+    """Of cameras that moved, the state in which the balls were taken: their rows match."""
+    if len(states) == 1:
+        return states[0]
+    off = []
+    for sample in samples[:: max(1, len(samples) // TRIED)]:
+        images = [_undone(i, how) for i, how in zip((sample.pair.left, sample.pair.right), undo, strict=True)]
+        found = [BallDetector(color, "cone").detect(image) for image in images]
+        if None not in found:
+            centers = [state.rectify_centers(*found) for state in states]
+            off.append([abs(left[1] - right[1]) for left, right in centers])
+    return states[int(np.median(off, axis=0).argmin())] if off else states[0]
+
+
+def look_for_balls(
+    samples: dict[str, Sample],
+    color: BallColor,
+    ball: Ball,
+    calibration: StereoCalibration,
+    undo: tuple[str, str] = ("", ""),
+    progress: Callable[[int, int], object] | None = None,
+) -> list[Sighting]:
+    """Where both cameras see the ball; its size and its place decide only where the colour alone does not."""
+    detectors = [BallDetector(color, "cone", calibration.camera(side)) for side in ("left", "right")]
+    sightings = []
+    for done, (name, sample) in enumerate(samples.items(), 1):
+        images = [_undone(i, how) for i, how in zip((sample.pair.left, sample.pair.right), undo, strict=True)]
+        left, right = (detector.detect(image) for detector, image in zip(detectors, images, strict=True))
+        if not _one_ball(calibration, left, right):
+            left, right = find_pair(calibration, detectors, ball.diameter_mm, *images) or (left, right)
+        if left is not None and right is not None and not _one_ball(calibration, left, right):
+            left, right = None, None
+        sightings.append(Sighting(name, sample, left, right))
+        if progress:
+            progress(done, len(samples))
+    return sightings
+
+
+def _undone(image, how):
+    """A picture as it should be: flipped where the camera showed a mirror image."""
+    return np.ascontiguousarray(image[:, ::-1]) if how == "mirror" else image
+
+
+def _one_ball(calibration, left, right):
+    """Whether both cameras see a ball, on the same row."""
+    if left is None or right is None:
+        return False
+    one, other = calibration.rectify_centers(left, right)
+    return abs(one[1] - other[1]) < ROW_PX
+
+
+def places(sightings: Sequence[Sighting], calibration: StereoCalibration) -> np.ndarray:
+    """Where the cameras put the balls that both see, shape (N, 3), mm, in the rectified left frame."""
+    left, right = ([getattr(s, side).center_px for s in sightings] for side in ("left", "right"))
+    return calibration.triangulate(calibration.rectify_points(left, "left"), calibration.rectify_points(right, "right"))
+
+
+def size_of_ball(
+    sightings: Sequence[Sighting], points: np.ndarray, calibration: StereoCalibration
+) -> tuple[float, float]:
+    """The ball's diameter as both cameras tell it, mm: the median, and its standard deviation."""
+    told = []
+    for sighting, point in zip(sightings, points, strict=True):
+        for side in ("left", "right"):
+            slope = getattr(sighting, side).radius_px / calibration.camera(side)[0][0, 0]
+            told.append(2 * np.linalg.norm(point) * slope / np.hypot(1, slope))
+    spread = 1.4826 * np.median(np.abs(told - np.median(told)))
+    return float(np.median(told)), float(spread / np.sqrt(len(points)))
+
+
+def why_lost(lost: Sequence[Sighting], ball: Ball | None) -> tuple[str, str]:
+    """Name and sentence for balls that were lost: another colour, one too narrow or too wide, or, of a few balls, none of these."""
+    return (ball and _by_color(lost, ball)) or _by_place(lost)
+
+
+def _by_color(lost, ball):
+    images = [s.sample.pair.left for s in lost[:: max(1, len(lost) // TRIED)]][:TRIED]
+    by_color = {name: sum(BallDetector(name, "cone").detect(image) is not None for image in images) for name in HUES}
+    best = max(by_color, key=lambda name: by_color[name])
+    if best != ball.color and by_color[best] > len(images) / 2 and by_color[best] > by_color[ball.color]:
+        return "color_wrong", f"There a ball is seen that is {best}, and recording.json says {ball.color}."
+    try:
+        learned = BallColor.learned([s.sample.pair.left for s in lost], ball.color)
+        again = sum(BallDetector(learned, "cone").detect(image) is not None for image in images)
+    except StereoLabError:
+        again = 0
+    if again > len(images) / 2:
+        return "color_too_narrow", f"The name {ball.color} takes in too little of the ball's own colour."
+    colored = np.median([(BallColor.named(ball.color).likeness(image) > 128).mean() for image in images])
+    least = np.median([np.pi * 8**2 / image[..., 0].size for image in images])
+    if colored > FAR_MORE * least * 10:
+        return "color_too_wide", f"Much else there is {ball.color} as well, {100 * colored:.0f} % of the picture."
+    return None
+
+
+def _by_place(lost):
+    sides = [side for side in ("left", "right") if sum(getattr(s, side) is None for s in lost) > len(lost) / 2]
+    where = "in neither picture" if len(sides) == 2 else f"in the {sides[0]} picture" if sides else "in one of them"
+    return "ball_lost", f"It was not found {where}: out of the picture, covered, in shadow or burnt out."

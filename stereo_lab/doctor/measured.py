@@ -1,0 +1,244 @@
+"""The measured balls: whether they are seen, and whether the ruler's numbers fit what the cameras see."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stereo_lab.detection import BallColor
+from stereo_lab.doctor.advice import ADVICE
+from stereo_lab.doctor.balls import Sighting, look_for_balls, places, size_of_ball, state_of_balls, why_lost
+from stereo_lab.doctor.cameras import Cameras
+from stereo_lab.doctor.findings import NOTE, STOPS, Evidence, Finding
+from stereo_lab.doctor.known import CENTER_PX, MOST
+from stereo_lab.doctor.numbers import AXES, RULER_MM, UNITS, likeliest_table, place, slip_of
+from stereo_lab.localization.ours import SIZE
+from stereo_lab.position import kabsch
+from stereo_lab.recording import Recording, Sample
+
+SETS = "position", "depth"
+FEWEST = 5  # balls from which a table can be judged
+LOST_PART = 0.2  # of the balls; fewer are a note
+FAR_OFF = 4.0  # robust sigmas of all lines, beyond which a line is wrong; three times the ruler at least
+SCALE_SURE = 3.5  # standard deviations
+RULER_SCALE = 0.001  # to which a ruler is true
+SIZE_SURE, SIZE_PART = 4.0, 0.08  # a ball's size is told to this part of it: rims are soft
+TWICE = np.log(3)  # a scale beyond three times is another unit
+PLAUSIBLE_BASELINE_MM = 25.0, 500.0
+UNIT_NAMES = {10.0: "centimetres", 25.4: "inches", 1000.0: "metres", 0.1: "tenths of a millimetre"}
+
+
+@dataclass(frozen=True, eq=False)
+class Told:
+    """What the balls tell.
+
+    Attributes
+    ----------
+    findings : list of Finding
+    mirror : str, "both_mirrored" or "both_upside_down" where the places ask for it, else empty
+    scale : float or None, how many times larger the squares are than they were said to be
+    """
+
+    findings: list[Finding]
+    mirror: str = ""
+    scale: float | None = None
+
+
+def check_balls(
+    recording: Recording, cameras: Cameras, clean: float, progress: Callable[[int, int], object] | None = None
+) -> Told:
+    """Everything that the measured balls tell.
+
+    Parameters
+    ----------
+    recording : Recording
+    cameras : Cameras, with a calibration
+    clean : float, what a clean recording's error is, mm
+    """
+    swapped = cameras.swapped
+    samples = _samples(recording, swapped)
+    if not samples:
+        return Told([])
+    color = BallColor.named(recording.ball.color)
+    calibration = state_of_balls(cameras.states, list(samples.values()), color, cameras.undo)
+    sightings = look_for_balls(samples, color, recording.ball, calibration, cameras.undo, progress)
+    seen = [s for s in sightings if s.seen]
+    findings = _lost(sightings, recording)
+    if len(seen) < FEWEST:
+        return Told(findings)
+    points = places(seen, calibration)
+    good = np.isfinite(points).all(1) & (points[:, 2] > 0)
+    seen, points = [s for s, g in zip(seen, good, strict=True) if g], points[good]
+    if len(seen) < FEWEST:
+        return Told(findings)
+    deep = np.hypot(1, calibration.depth_per_px(points[:, 2]) * 2 * CENTER_PX)
+    return _numbers(recording, calibration, seen, points, deep, clean, findings, swapped)
+
+
+def _samples(recording, swapped):
+    """All measured pairs by name, left and right exchanged where the cameras were."""
+    found: dict[str, Sample] = {}
+    for name in SETS:
+        if recording.has_samples(name):
+            for sample in recording.samples(name):
+                if sample.pair.right_path is None:
+                    continue
+                if swapped:
+                    pair = sample.pair
+                    sample = replace(sample, pair=replace(pair, left_path=pair.right_path, right_path=pair.left_path))
+                found[f"{name}/{sample.pair.name}"] = sample
+    return found
+
+
+def _lost(sightings: Sequence[Sighting], recording: Recording) -> list[Finding]:
+    lost = [s for s in sightings if not s.seen]
+    if not lost:
+        return []
+    files, share = tuple(s.name for s in lost), len(lost) / len(sightings)
+    name, why = why_lost(lost, recording.ball if share > LOST_PART else None)
+    severity = "stops" if len(sightings) - len(lost) < 3 else "costs" if share > LOST_PART else "note"
+    says = f"The ball was lost in {len(lost)} of {len(sightings)} measured pairs. {why}"
+    values = tuple((s.name, float(s.seen)) for s in sightings)
+    return [
+        Finding(name, says, ADVICE[name], files, None, severity, Evidence("ball seen by both cameras", values, files))
+    ]
+
+
+def _numbers(recording, calibration, seen, points, deep, clean, findings, swapped):
+    table = np.array([[m.x_mm, m.y_mm, m.depth_mm] for m in (s.sample.measured for s in seen)])
+    sets = [s.name.split("/")[0] for s in seen]
+    mirror, points = _seen_how(points, table, deep) if swapped else ("", points)
+    best = likeliest_table(points, table, deep, sets)
+    size, size_sigma = size_of_ball(seen, points, calibration)
+    by_ball = recording.ball.diameter_mm / size
+    best = _squares_or_table(best, by_ball, points, table, deep)
+    by_ruler, sigma = _scale(points, best, deep)
+    findings += _scales(recording, calibration, by_ball, size_sigma / size, by_ruler, sigma, best)
+    scale = by_ruler if any(f.name in ("square_scale", "square_unit") for f in findings) else None
+    if best.name not in ("as_is", "scale"):
+        findings.append(_whole_table(best, points, table, seen))
+    findings += _lines(best, seen, table, points, deep)
+    return Told(findings, mirror, scale)
+
+
+def _squares_or_table(best, by_ball, points, table, deep):
+    """Another unit: of the squares where the ball's size is as wrong, of the table where it is right."""
+    ball_off = abs(np.log(by_ball)) > TWICE
+    if best.name == "unit" and ball_off:
+        return replace(best, name="scale", table=table, placed=place(points, table, deep, free_scale=True))
+    if best.name == "scale" and not ball_off and abs(np.log(best.placed.scale)) > TWICE:
+        unit = min(UNITS, key=lambda unit: abs(np.log(best.placed.scale * UNITS[unit])))
+        mended = table * UNITS[unit]
+        return replace(best, name="unit", what=unit, table=mended, placed=place(points, mended, deep))
+    return best
+
+
+def _seen_how(points, table, deep):
+    """Cameras that seem exchanged may both show mirror images, or both stand on their heads: then places are turned so too."""
+    ways = {"": [1, 1, 1], "both_mirrored": [-1, 1, 1], "both_upside_down": [-1, -1, 1]}
+    costs = {name: place(points * turn, table, deep).cost for name, turn in ways.items()}
+    likeliest = min(costs, key=lambda name: costs[name])
+    return likeliest, points * ways[likeliest]
+
+
+def _scale(points, best, deep):
+    """How many times larger the measured places are than the told ones, and its standard deviation."""
+    near = best.placed.off < 3 * RULER_MM
+    if near.sum() < 4:
+        return best.placed.scale, np.inf
+    a, bench = points[near], (best.table * [1, 1, -1])[near]
+    rotation, _ = kabsch(a, bench)
+    turned, wanted = (a - a.mean(0)) @ rotation.T, bench - bench.mean(0)
+    weight = np.stack([np.ones(near.sum()), np.ones(near.sum()), 1 / deep[near]], 1)
+    spread = ((turned * weight) ** 2).sum()
+    scale = ((wanted * turned) * weight**2).sum() / spread
+    rest = np.sqrt((((wanted - scale * turned) * weight) ** 2).sum() / max(3 * near.sum() - 7, 1))
+    return float(scale), float(np.hypot(max(rest, 0.4) / np.sqrt(spread), RULER_SCALE))
+
+
+def _scales(recording, calibration, by_ball, ball_sigma, by_ruler, sigma, best):
+    """The squares, the ball or the ruler, where one of them has another scale than the other two."""
+    baseline, square = calibration.baseline_mm, recording.board.square_mm
+    ruler_off = abs(np.log(by_ruler)) > np.log1p(SCALE_SURE * sigma) if np.isfinite(sigma) else best.name == "scale"
+    ball_off = abs(np.log(by_ball)) > np.log1p(max(SIZE_SURE * ball_sigma, SIZE_PART))
+    if abs(np.log(by_ruler)) > TWICE and ruler_off:
+        low, high = PLAUSIBLE_BASELINE_MM
+        if low < baseline < high and not ball_off:
+            return []  # the ruler's unit: said of the table
+        unit = min(UNIT_NAMES, key=lambda factor: abs(np.log(by_ruler / factor)))
+        says = (
+            f"With squares of {square:g} mm the cameras stand {baseline:.3g} mm apart, and all measured places are "
+            f"{by_ruler:.3g} times as far from each other as the cameras tell: square_mm is in {UNIT_NAMES[unit]}."
+        )
+        return [Finding("square_unit", says, ADVICE["square_unit"], (), abs(1 - 1 / by_ruler) * calibration.depth_mm)]
+    if ruler_off and best.name in ("as_is", "scale"):
+        does = abs(1 - 1 / by_ruler) * calibration.depth_mm
+        percent = 100 * (by_ruler - 1)
+        agree = "The ball's size agrees. " if abs(by_ball / by_ruler - 1) < SIZE_PART / 2 and ball_off else ""
+        says = (
+            f"The measured places lie {percent:+.1f} % farther apart than the cameras tell: the squares are "
+            f"{square * by_ruler:.2f} mm and not {square:g}. {agree}Or the ruler is wrong by as much."
+        )
+        return [Finding("square_scale", says, ADVICE["square_scale"], (), does)]
+    if ball_off and np.isfinite(sigma):
+        says = f"The ball looks {recording.ball.diameter_mm / by_ball:.1f} mm wide, and recording.json says {recording.ball.diameter_mm:g}."
+        lost = abs(by_ball - 1) > SIZE  # then no two balls are taken for one any more
+        return [
+            Finding("ball_diameter", says, ADVICE["ball_diameter"], (), None if lost else 0.0, STOPS if lost else NOTE)
+        ]
+    return []
+
+
+def _whole_table(best, points, table, seen):
+    """A mistake of the whole table."""
+    says = {
+        "columns": f"The measured columns fit when they are read as {best.what}.",
+        "sign": f"The measured numbers fit when the sign of {best.what} is turned round.",
+        "unit": f"The measured numbers fit when they are read as {best.what}.",
+        "unit_of_column": f"The measured numbers fit when {best.what.replace(' in ', ' is read as ')}.",
+    }
+    if best.name == "plane":
+        set_name, by = best.what.split()
+        text = f"Depths of the set {set_name} were measured from a plane that is {abs(float(by)):.0f} mm {'nearer to' if float(by) < 0 else 'farther from'} the balls."
+        files = tuple(s.name for s in seen if s.name.startswith(set_name))
+        return Finding("plane", text, ADVICE["plane"], files, abs(float(by)))
+    name = {"columns": "columns_exchanged", "sign": "sign", "unit": "unit", "unit_of_column": "unit"}[best.name]
+    does = float(np.percentile(np.linalg.norm(best.table - table, axis=1), MOST))
+    return Finding(name, says[best.name], ADVICE[name], tuple(s.name for s in seen), does)
+
+
+def _lines(best, seen, table, points, deep):
+    """Single lines that do not fit, each with what a hand may have done."""
+    off, told = best.placed.off, best.placed.told
+    limit = max(3 * RULER_MM, FAR_OFF * 1.4826 * float(np.median(off)))
+    wrong = np.flatnonzero(off > limit)
+    if len(wrong) > len(seen) / 2:
+        says = f"{len(wrong)} of {len(seen)} measured places do not fit what the cameras see, by {np.median(off):.0f} mm on average."
+        return [
+            Finding("sample_off", says, ADVICE["sample_off"], tuple(seen[k].name for k in wrong), float(np.median(off)))
+        ]
+    values = tuple((s.name, round(float(o), 1)) for s, o in zip(seen, off, strict=True))
+    marked = tuple(seen[k].name for k in wrong)
+    findings = []
+    for k in wrong:
+        weight = np.array([1, 1, 1 / deep[k]])
+        why = slip_of(
+            best.table[k], told[k], weight, np.delete(best.table, k, 0)[[w - (w > k) for w in wrong if w != k]]
+        )
+        axis = int(np.argmax(np.abs(best.table[k] - told[k]) * weight))
+        says = f"{seen[k].name} does not fit by {off[k]:.0f} mm, mostly in {AXES[axis]}: "
+        says += f"{why}." if why else f"measured {best.table[k][axis]:.0f}, and the cameras tell {told[k][axis]:.0f}."
+        does = _pulls(points, best.table, k)
+        name = "typing_slip" if why else "sample_off"
+        seen_by = Evidence("distance of the measured place from the one that the cameras tell, mm", values, marked)
+        findings.append(Finding(name, says, ADVICE[name], (seen[k].name,), does, evidence=seen_by))
+    return findings
+
+
+def _pulls(points, table, k):
+    """How far one line moves the other places, 95 % of them, in a least-squares fit that trusts every line, mm."""
+    bench, rest = table * [1, 1, -1], np.arange(len(table)) != k
+    told = [p @ r.T + s for p, (r, s) in ((points, kabsch(points, bench)), (points, kabsch(points[rest], bench[rest])))]
+    return float(np.percentile(np.linalg.norm(told[0] - told[1], axis=1), MOST))

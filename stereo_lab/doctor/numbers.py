@@ -1,0 +1,194 @@
+"""Measured numbers against what the cameras see: a whole table in other units or columns, and slips of single lines.
+
+The cameras tell where the balls are to each other, whatever the ruler says; so some turn and shift brings the places that they
+tell on to the measured ones. Where none does, each mistake that a hand may have made is undone in turn, first in the whole table,
+then line by line.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereo_lab.position import kabsch
+
+RULER_MM = 3.0  # a ruler held by hand is not farther off than this; beyond three times that a line is wrong
+DRAWS = 60  # of three lines each, from which a turn and shift are tried
+SEED = 0
+WRONG_WAY_DEG = 60.0  # x is to the right, y up and depth away, about: no bench is turned more than this
+AGREE = 0.7  # in lines' worth: a table that fits so well is as it should be
+AXES = ("x", "y", "depth")
+UNITS = {"centimetres": 10.0, "inches": 25.4, "metres": 1000.0}
+TO_BENCH = np.diag([1.0, -1.0, -1.0])  # right, down, forward to x right, y up, and less depth
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """Places that the cameras tell, turned and shifted on to measured ones.
+
+    Attributes
+    ----------
+    cost : float, how badly they fit, in lines
+    told : ndarray, shape (N, 3), x, y and depth as the cameras tell them, mm
+    off : ndarray, shape (N,), how far each line is from that, mm; depth counts less where the cameras know it badly
+    scale : float
+    """
+
+    cost: float
+    told: np.ndarray
+    off: np.ndarray
+    scale: float
+
+
+@dataclass(frozen=True, eq=False)
+class Mistake:
+    """A mistake in a table, and the table without it.
+
+    Attributes
+    ----------
+    name : "as_is", "columns", "sign", "unit", "unit_of_column", "plane" or "scale"
+    what : str, in words: the columns, the unit, ...
+    table : ndarray, shape (N, 3), measured x, y and depth without the mistake, mm
+    placed : Placed
+    """
+
+    name: str
+    what: str
+    table: np.ndarray
+    placed: Placed
+
+
+def place(points: np.ndarray, table: np.ndarray, deep: np.ndarray, free_scale: bool = False) -> Placed:
+    """The turn and shift that most lines agree with.
+
+    Parameters
+    ----------
+    points : ndarray, shape (N, 3), mm, as the cameras tell them: right, down, forward
+    table : ndarray, shape (N, 3), x, y and depth, mm
+    deep : ndarray, shape (N,), how much worse depth is known there than the ruler; 1 or more
+    free_scale : bool, whether everything may be larger or smaller
+    """
+    bench = table * [1, 1, -1]
+    weight = np.stack([np.ones_like(deep), np.ones_like(deep), 1 / deep], 1)
+    rng, count = np.random.default_rng(SEED), len(points)
+    tries = [rng.choice(count, 4 if free_scale else 3, replace=False) for _ in range(DRAWS)]
+    best = min((_placed(points, bench, weight, some, free_scale) for some in tries), key=lambda placed: placed.cost)
+    for _ in range(4):
+        near = best.off < 2.5 * RULER_MM
+        if near.sum() >= 4:
+            best = min(best, _placed(points, bench, weight, near, free_scale), key=lambda placed: placed.cost)
+    return best
+
+
+def _placed(points, bench, weight, some, free_scale):
+    """Everything placed as some lines tell."""
+    rotation, shift, scale = _similar(points[some], bench[some], free_scale)
+    told = scale * points @ rotation.T + shift
+    off = np.linalg.norm((told - bench) * weight, axis=1) / max(scale, 1e-6)
+    away = np.degrees(np.arccos(np.clip((np.trace(rotation @ TO_BENCH.T) - 1) / 2, -1, 1)))
+    cost = 3 * np.minimum(off / RULER_MM / 3, 1).sum() + (0.5 * len(points) if away > WRONG_WAY_DEG else 0)
+    return Placed(float(cost), told * [1, 1, -1], off, float(scale))
+
+
+def _similar(points, bench, free_scale):
+    rotation, shift = kabsch(points, bench)
+    if not free_scale:
+        return rotation, shift, 1.0
+    a, b = points - points.mean(0), bench - bench.mean(0)
+    scale = float((b * (a @ rotation.T)).sum() / max((a**2).sum(), 1e-9))
+    return rotation, bench.mean(0) - scale * rotation @ points.mean(0), scale
+
+
+def likeliest_table(points: np.ndarray, table: np.ndarray, deep: np.ndarray, sets: Sequence[str]) -> Mistake:
+    """The mistake in a whole table whose undoing makes most lines agree; ``as_is`` where the table is good enough.
+
+    Parameters
+    ----------
+    points, table, deep : as :func:`place` takes them
+    sets : of each line, the name of the set it stands in
+    """
+    as_is = Mistake("as_is", "", table, place(points, table, deep))
+    if as_is.placed.cost < AGREE * len(table):
+        return as_is
+    found = [(as_is.placed.cost, 0, as_is)]
+    for number, (price, name, what, mended) in enumerate(_mistakes(table, np.asarray(sets)), 1):
+        placed = place(points, mended, deep)
+        found.append((placed.cost + price, number, Mistake(name, what, mended, placed)))
+    for set_name in sorted(set(sets)):
+        mended, by = _other_plane(points, table, deep, np.asarray(sets) == set_name)
+        placed = place(points, mended, deep)
+        found.append((placed.cost + 0.5, len(found), Mistake("plane", f"{set_name} {by:.0f}", mended, placed)))
+    scaled = place(points, table, deep, free_scale=True)
+    found.append((scaled.cost + 0.6, len(found), Mistake("scale", f"{scaled.scale:.4f}", table, scaled)))
+    cost, _, best = min(found, key=lambda f: f[:2])
+    return best if cost < as_is.placed.cost - 1 else as_is
+
+
+def _mistakes(table, sets):
+    """(price, name, in words, the table without it) of every mistake that turns numbers into others."""
+    for order in itertools.permutations(range(3)):
+        if order != (0, 1, 2):
+            yield 0.6, "columns", ", ".join(AXES[k] for k in order), table[:, order]
+    for axes in ((0,), (1,), (2,), (0, 1)):
+        yield 0.4, "sign", " and ".join(AXES[k] for k in axes), table * [-1 if k in axes else 1 for k in range(3)]
+    for unit, factor in UNITS.items():
+        yield 0.4, "unit", unit, table * factor
+        for axis in range(3):
+            yield (
+                0.6,
+                "unit_of_column",
+                f"{AXES[axis]} in {unit}",
+                table * [factor if k == axis else 1 for k in range(3)],
+            )
+
+
+def _other_plane(points, table, deep, inside):
+    """The table with the depth of one set shifted so that it fits the others, and by how much, mm."""
+    if inside.sum() < 3 or (~inside).sum() < 4:
+        return table, 0.0
+    others = place(points[~inside], table[~inside], deep[~inside])
+    rotation, shift = kabsch(points[~inside], others.told * [1, 1, -1])
+    told = (points @ rotation.T + shift) * [1, 1, -1]
+    by = float(np.median((told - table)[inside, 2]))
+    return table + np.where(inside, by, 0.0)[:, None] * [0, 0, 1], by
+
+
+def slip_of(line: np.ndarray, told: np.ndarray, weight: np.ndarray, others: np.ndarray) -> str | None:
+    """What a hand did to one line of a table, in words; None where nothing simple explains it.
+
+    Parameters
+    ----------
+    line, told : ndarray, shape (3,), measured x, y and depth, and as the cameras tell them, mm
+    weight : ndarray, shape (3,), how much a millimetre of each counts
+    others : ndarray, shape (M, 3), other lines that do not fit
+    """
+    near = 3 * RULER_MM
+    tries = [(np.linalg.norm((line[list(o)] - told) * weight), "its columns are exchanged")
+             for o in itertools.permutations(range(3)) if o != (0, 1, 2)]  # fmt: skip
+    tries += [(np.linalg.norm((other - told) * weight), "it is another picture's line") for other in others]
+    tries += [(np.linalg.norm((line * f - told) * weight), f"it is in {unit}") for unit, f in UNITS.items()]
+    for axis in range(3):
+        rest = np.linalg.norm(np.delete((line - told) * weight, axis))
+        for number, what in slips(float(line[axis])):
+            off = np.hypot((number - told[axis]) * weight[axis], rest)
+            tries.append((off, f"{AXES[axis]} {line[axis]:g} should be about {told[axis]:.0f}: {what}"))
+    off, what = min(tries)
+    return what if off < near else None
+
+
+def slips(number: float) -> Iterator[tuple[float, str]]:
+    """Numbers that a slip of the hand turns into this one, and the slip."""
+    yield -number, "another sign"
+    yield number * 10, "in centimetres, or a digit is missing"
+    yield number / 10, "a digit too many"
+    digits, sign = str(abs(round(number))), -1 if number < 0 else 1
+    for k, digit in itertools.product(range(len(digits) + 1), "0123456789"):
+        yield sign * int(digits[:k] + digit + digits[k:]), "a digit is missing"
+    for k in range(len(digits) - 1):
+        yield sign * int(digits[:k] + digits[k + 1] + digits[k] + digits[k + 2 :]), "two digits are exchanged"
+    if len(digits) > 1:
+        for k in range(len(digits)):
+            yield sign * int(digits[:k] + digits[k + 1 :]), "a digit too many"
