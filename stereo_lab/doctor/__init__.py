@@ -7,5 +7,6 @@ until nothing is left. ``examine`` is the recipe.
 
 from stereo_lab.doctor.examine import check_recording
 from stereo_lab.doctor.findings import Checkup, Evidence, Finding
+from stereo_lab.doctor.spoiling import FAULTS, spoil
 
-__all__ = ["Checkup", "Evidence", "Finding", "check_recording"]
+__all__ = ["FAULTS", "Checkup", "Evidence", "Finding", "check_recording", "spoil"]

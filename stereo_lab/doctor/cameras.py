@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stereo_lab.calibration import StereoCalibration, calibrate_views, depth_map, where_to_hold
-from stereo_lab.calibration.bundle import Rig, matrices
+from stereo_lab.calibration.bundle import matrices
 from stereo_lab.calibration.solver import robust_sigma
 from stereo_lab.doctor.advice import ADVICE
 from stereo_lab.doctor.boards import Boards, camera_alone
 from stereo_lab.doctor.findings import NOTE, STOPS, Evidence, Finding
 from stereo_lab.doctor.known import Coverage, apart_mm, coverage_of, doubt_mm
-from stereo_lab.doctor.pairing import mend_pairs
+from stereo_lab.doctor.pairing import mend_pairs, turned_round
 from stereo_lab.doctor.pictures import Look
 from stereo_lab.errors import CalibrationError, StereoLabError
 
@@ -70,7 +70,7 @@ def check_cameras(boards: Boards, names: Sequence[str], looks: dict[tuple[str, s
         return Cameras([_too_few(boards, names)])
     mends, together = mend_pairs(boards)
     findings, swapped = [], False
-    if together is not None and _turned_round(together.solution.rig):
+    if together is not None and turned_round(together.solution.rig):
         swapped, boards = True, replace(boards, left=boards.right, right=boards.left)
         says = "The camera called right stands to the left of the other."
         findings.append(Finding("sides_swapped", says, ADVICE["sides_swapped"], severity=STOPS))
@@ -104,13 +104,6 @@ def _too_few(boards, names):
     missing = tuple(f"calibration/{n}" for n in names if n not in set(np.array(boards.names, object)[boards.both]))
     name = "too_few_pairs" if len(missing) < len(names) / 2 else "board_not_found"
     return Finding(name, says, ADVICE[name], missing, severity=STOPS)
-
-
-def _turned_round(rig: Rig) -> bool:
-    """Whether the right camera stands on the left, told in the directions that both cameras share."""
-    step = -rig.rotation.T @ rig.translation
-    across, down, _ = np.eye(3) + rig.rotation
-    return bool(step @ across < 0 and abs(step @ across) > abs(step @ down))
 
 
 def _upside_down(mends, together):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stereo_lab.calibration.bundle import Rig
+from stereo_lab.common.files import natural_key
 from stereo_lab.doctor.boards import Boards
 from stereo_lab.doctor.findings import Evidence
 from stereo_lab.doctor.steps import ALL_DIFFER, FEWEST, SURE, Pulls, Together, fit_together, off_by, what_changed
@@ -84,6 +85,7 @@ def _not_a_change(found: list[Suspect]) -> Suspect:
 
 def _noted(boards, best, as_is, mends):
     """Put a suspect down; returns the boards without it."""
+    best = _right_way(best, boards) if best.name == "exchanged" else best
     both = best.told.get("both") or [{"name": best.name, **best.told}]
     for told in both:
         if told["name"] == "moved":
@@ -91,6 +93,25 @@ def _noted(boards, best, as_is, mends):
         name, says, pairs = _in_words(told, boards)
         mends.append(Mend(name, says, pairs, best.mended, evidence=_numbers(as_is, boards, pairs)))
     return best.mended
+
+
+def _right_way(best, boards):
+    """Of exchanged cameras those pairs that leave the right camera on the right when they are changed."""
+    try:
+        if not turned_round(fit_together(best.mended.some(~best.odd)).solution.rig):
+            return best
+    except (CalibrationError, np.linalg.LinAlgError):
+        return best
+    others = tuple(name for name in boards.names if name not in best.told["pairs"])
+    mended = replace(best.mended, left=best.mended.right, right=best.mended.left)
+    return replace(best, mended=mended, told={**best.told, "pairs": others})
+
+
+def turned_round(rig: Rig) -> bool:
+    """Whether the right camera stands on the left, told in the directions that both cameras share."""
+    step = -rig.rotation.T @ rig.translation
+    across, down, _ = np.eye(3) + rig.rotation
+    return bool(step @ across < 0 and abs(step @ across) > abs(step @ down))
 
 
 def _numbers(as_is, boards, marked):
@@ -137,37 +158,41 @@ def _some(pairs):
 
 
 def _moved(boards, k, mends):
-    """A change from pair k on: the larger part stays, and the cameras as they stand since are told by the later one."""
-    for _ in range(2):
+    """A change from about pair k on: the larger part stays, and the cameras on the other side are told by the smaller one."""
+    for _ in range(ROUNDS):
         late = np.arange(len(boards.names)) >= k
         late_is_larger = late.mean() > 0.5
-        kept, others = (
-            (boards.some(late), boards.some(~late)) if late_is_larger else (boards.some(~late), boards.some(late))
-        )
+        kept, others = (boards.some(part) for part in ((late, ~late) if late_is_larger else (~late, late)))
         start = fit_together(kept)
         what, rig = what_changed(others, start)
-        first = _first_of_new(boards, k, start, rig, late_is_larger)
-        if first == k:
+        used, k = k, _first_of_new(boards, k, start, rig, late_is_larger)
+        if used == k:
             break
-        k = first
     before, since = (rig, start.solution.rig) if late_is_larger else (start.solution.rig, rig)
-    first = boards.names[k]
-    if what == "moved":
-        name, says = (
-            "camera_moved",
-            f"From pair {first} on, the cameras stand otherwise to each other: one of them was moved.",
-        )
-    else:
-        name = "camera_zoomed"
-        ratio = getattr(since, what)[0] / getattr(before, what)[0]
-        says = f"From pair {first} on, the {what} camera's focal length is {100 * (ratio - 1):+.2f} %: it zoomed, or focused anew."
+    name, says = _change_in_words(what, boards.names[used], before, since)
     off = np.minimum(off_by(boards, start), MOST_DRAWN * boards.size[0]).round(2).tolist()
-    what = (
-        f"distance of corners from where the cameras put them that stand {'since' if late_is_larger else 'before'}, px"
-    )
-    seen = Evidence(what, tuple(zip(boards.names, off, strict=True)), others.names)
-    mends.append(Mend(name, says, boards.names[k:], kept, (before, since), seen))
+    when = "since" if late_is_larger else "before"
+    numbers = f"distance of corners from where the cameras put them that stand {when}, px"
+    seen = Evidence(numbers, tuple(zip(boards.names, off, strict=True)), others.names)
+    _take_in(boards.names[used], late_is_larger, mends)
+    mends.append(Mend(name, says, boards.names[used:], kept, (before, since), seen))
     return kept
+
+
+def _change_in_words(what, first, before, since):
+    if what == "moved":
+        says = f"From pair {first} on, the cameras stand otherwise to each other: one of them was moved."
+        return "camera_moved", says
+    percent = 100 * (getattr(since, what)[0] / getattr(before, what)[0] - 1)
+    says = f"From pair {first} on, the {what} camera's focal length is {percent:+.2f} %: it zoomed, or focused anew."
+    return "camera_zoomed", says
+
+
+def _take_in(first, late_is_larger, mends):
+    """Pairs that stood out, and are all on the far side of a change, are explained by it."""
+    for mend in [mend for mend in mends if mend.name == "pairs_do_not_match"]:
+        if all((natural_key(name) < natural_key(first)) == late_is_larger for name in mend.pairs):
+            mends.remove(mend)
 
 
 def _first_of_new(boards, k, start, rig, late_is_larger):

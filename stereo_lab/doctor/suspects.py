@@ -18,6 +18,9 @@ AGREES = (
     0.008  # of the picture's width, px: boards held by hand are hundreds of pixels apart, and noise is not this large
 )
 WORST = 3.0  # times that; beyond, one pair is as wrong as another
+WRONG_WAY = (
+    5.0  # in pairs: what it costs to put the right camera on the left, where undoing the same the other way does not
+)
 SHIFTS = (1, -1, 2, -2)
 AS_IS = "as_is"
 WHOLE = ("right_mirrored", "left_mirrored", "right_reversed")  # of all pairs; another mistake may stand beside it
@@ -126,14 +129,12 @@ def _exchanged(boards, left, right, steps, errors):
     one = posed_by(left, boards.right, boards.board)
     crossed = disagreement(one, boards.left, right.lens, steps, boards.board)
     count = len(boards.names)
-    # A step is told by a pair that stays as it is. Where that puts the right camera on the left, the others are the exchanged ones.
-    price = _wrong_way(steps)
     best = None
     for k in range(1, count):
         for part in (np.arange(count) >= k, np.arange(count) < k):
             mixed = np.where(part[:, None], crossed, errors)
-            mixed = np.where(part[None], np.inf, mixed)
-            cost = (_share(boards, mixed).sum(0) + price).min()
+            mixed = np.where(part[None], np.inf, mixed)  # a step is told by a pair that stays as it is
+            cost = _share(boards, mixed).sum(0).min()
             if best is None or cost < best[0]:
                 best = cost, k, part, mixed
     if best is None:
@@ -180,9 +181,9 @@ def _mirrored(boards, left, right):
 
 
 def _wrong_way(steps):
-    """For each pair 1 where it puts the right camera on the left, else 0."""
+    """For each pair the price of putting the right camera on the left."""
     turns, shifts = (np.nan_to_num(part) for part in steps)
-    return np.where(-np.einsum("nji,nj->ni", turns, shifts)[:, 0] < 0, 1.0, 0.0)
+    return np.where(-np.einsum("nji,nj->ni", turns, shifts)[:, 0] < 0, WRONG_WAY, 0.0)
 
 
 def mirrored(seen: np.ndarray, boards: Boards) -> np.ndarray:
