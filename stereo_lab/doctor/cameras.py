@@ -91,6 +91,8 @@ def check_cameras(boards: Boards, names: Sequence[str], looks: dict[tuple[str, s
         return Cameras(findings)
     states = _states(last, mends)
     noise = _by_noise(last, together)
+    if covers is not None and max(covers.edges_px) > WIDE_EDGE_PX:  # what looks like small changes may be blur as well
+        noise = 1.01 * max([noise, *(f.does_mm for f in findings if f.does_mm is not None)])
     findings += (
         [replace(f, evidence=_spread(boards)) for f in _doubts(last, covers, together, noise)]
         + _board(last, boards)
@@ -204,7 +206,7 @@ def _lacks(covers: Coverage) -> list[tuple[float, str, str]]:
         ))  # fmt: skip
     if covers.count < FEW:
         lacks.append(
-            (FEW / covers.count, "too_few_pairs", f"Only {covers.count} pairs show the board to both cameras.")
+            (FEW / covers.count + 1, "too_few_pairs", f"Only {covers.count} pairs show the board to both cameras.")
         )
     if covers.tilt_deg < FLAT_DEG:
         lacks.append((
@@ -240,7 +242,7 @@ def _doubts(calibration, covers, together, noise):
     sigma_px, does, lacks = together.sigma_px, doubt_mm(calibration), _lacks(covers)
     findings = [Finding(name, says, ADVICE[name], (), noise) for _, name, says in lacks if name == "blur"]
     times = does / (calibration.depth_per_px(calibration.depth_mm) * sigma_px)
-    if times < IN_DOUBT:
+    if times < IN_DOUBT or (findings and len(lacks) == 1):  # blur explains what is in doubt
         return findings
     too_few = [(name, says) for _, name, says in lacks if name != "blur"] or [_uneven(calibration, covers, does)]
     gain = does * (1 - GOOD_DOUBT / times)

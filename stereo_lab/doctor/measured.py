@@ -227,8 +227,9 @@ def _lines(best, seen, table, points, deep):
         why = slip_of(
             best.table[k], told[k], weight, np.delete(best.table, k, 0)[[w - (w > k) for w in wrong if w != k]]
         )
-        axis = int(np.argmax(np.abs(best.table[k] - told[k]) * weight))
-        says = f"{seen[k].name} does not fit by {off[k]:.0f} mm, mostly in {AXES[axis]}: "
+        away = np.abs(best.table[k] - told[k])
+        axis = int(np.argmax(away * weight))
+        says = f"{seen[k].name} does not fit by {away[axis]:.0f} mm in {AXES[axis]}: "
         says += f"{why}." if why else f"measured {best.table[k][axis]:.0f}, and the cameras tell {told[k][axis]:.0f}."
         does = _pulls(points, best.table, k)
         name = "typing_slip" if why else "sample_off"

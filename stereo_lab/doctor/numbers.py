@@ -19,6 +19,7 @@ RULER_MM = 3.0  # a ruler held by hand is not farther off than this; beyond thre
 DRAWS = 60  # of three lines each, from which a turn and shift are tried
 SEED = 0
 WRONG_WAY_DEG = 60.0  # x is to the right, y up and depth away, about: no bench is turned more than this
+EXPLAINS = 0.05  # of a line's distance may be left where a slip explains it: a far place is told badly by the others
 AGREE = 0.7  # in lines' worth: a table that fits so well is as it should be
 AXES = ("x", "y", "depth")
 UNITS = {"centimetres": 10.0, "inches": 25.4, "metres": 1000.0}
@@ -87,7 +88,7 @@ def _placed(points, bench, weight, some, free_scale):
     """Everything placed as some lines tell."""
     rotation, shift, scale = _similar(points[some], bench[some], free_scale)
     told = scale * points @ rotation.T + shift
-    off = np.linalg.norm((told - bench) * weight, axis=1) / max(scale, 1e-6)
+    off = np.linalg.norm((told - bench) * weight, axis=1) / np.clip(scale, 1e-6, 1.0)  # in the larger of two units
     away = np.degrees(np.arccos(np.clip((np.trace(rotation @ TO_BENCH.T) - 1) / 2, -1, 1)))
     cost = 3 * np.minimum(off / RULER_MM / 3, 1).sum() + (0.5 * len(points) if away > WRONG_WAY_DEG else 0)
     return Placed(float(cost), told * [1, 1, -1], off, float(scale))
@@ -176,7 +177,8 @@ def slip_of(line: np.ndarray, told: np.ndarray, weight: np.ndarray, others: np.n
             off = np.hypot((number - told[axis]) * weight[axis], rest)
             tries.append((off, f"{AXES[axis]} {line[axis]:g} should be about {told[axis]:.0f}: {what}"))
     off, what = min(tries)
-    return what if off < near else None
+    before = np.linalg.norm((line - told) * weight)
+    return what if off < max(near, EXPLAINS * before) else None
 
 
 def slips(number: float) -> Iterator[tuple[float, str]]:
