@@ -177,8 +177,8 @@ def slip_of(line: np.ndarray, told: np.ndarray, weight: np.ndarray, others: np.n
             off = np.hypot((number - told[axis]) * weight[axis], rest)
             tries.append((off, f"{AXES[axis]} {line[axis]:g} should be about {told[axis]:.0f}: {what}"))
     off, what = min(tries)
-    before = np.linalg.norm((line - told) * weight)
-    return what if off < max(near, EXPLAINS * before) else None
+    enough = max(near, EXPLAINS * float(np.linalg.norm((line - told) * weight)))
+    return what if float(off) < enough else None
 
 
 def slips(number: float) -> Iterator[tuple[float, str]]:

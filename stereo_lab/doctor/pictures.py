@@ -68,7 +68,7 @@ def look_at(pairs: Sequence[StereoPair], board: Board, progress: Callable[[int, 
             right = match_order(left, right, board)
         corners.append((left, right))
         for side, image, seen in zip(("left", "right"), images, (left, right), strict=True):
-            looks[pair.name, side] = _look(image, seen)
+            looks[pair.name, side] = look_of(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), seen)
         if progress:
             progress(done, len(pairs))
     size = Counter(look.size for look in looks.values()).most_common(1)[0][0]
@@ -89,8 +89,8 @@ def _boards(pairs, corners, fitting, board, size):
     return Boards(tuple(names), np.reshape(left, shape), np.reshape(right, shape), board, size)
 
 
-def _look(image, corners):
-    grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+def look_of(grey: np.ndarray, corners: np.ndarray | None) -> Look:
+    """What a grey picture looks like, with the corners in it, shape (N, 2), NaN where not seen; or None."""
     size = grey.shape[1::-1]
     if corners is None:
         return Look(size, np.nan, np.nan, float((grey >= WHITE).mean()), _blocks(grey))
