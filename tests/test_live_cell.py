@@ -14,7 +14,7 @@ from stereo_lab.kinematics import JointAngles
 from stereo_lab.live import open_source
 from stereo_lab.localization import Localizer
 from stereo_lab.widgets import LiveCell
-from stereo_lab.widgets.lesson07 import PRESS, _answer_while_busy
+from stereo_lab.widgets.panel import PRESS, answer_while_busy
 
 WAIT_S = 60.0
 
@@ -193,5 +193,5 @@ def test_a_virtual_arm_keeps_the_time_of_the_clock(bench, localizer):
 def test_controls_answer_while_a_cell_is_busy_where_the_kernel_can():
     new, old = SimpleNamespace(comm=SimpleNamespace(_reply_subshell_id="a")), SimpleNamespace(comm=SimpleNamespace())
     for control in (new, old, SimpleNamespace(comm=None)):
-        _answer_while_busy(control)
+        answer_while_busy(control)
     assert not hasattr(new.comm, "_reply_subshell_id")

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 
 from stereo_lab.cli.arm import ARM_ACTIONS, run_arm
-from stereo_lab.cli.capture import run_board, run_cameras, run_check, run_export, run_import
+from stereo_lab.cli.capture import run_board, run_cameras, run_check, run_export, run_import, run_record
 from stereo_lab.cli.checks import run_bench, run_test
 from stereo_lab.cli.course import run_progress, run_reset, run_start
 from stereo_lab.cli.live import run_live, run_log, run_watch
@@ -144,6 +144,30 @@ def _parser():
     bring.add_argument("--ball-color", default="red", metavar="NAME")
     bring.add_argument("--ball-mm", default="40", metavar="MM", help="diameter of the ball (default: %(default)s)")
     _add_json(bring)
+
+    record = add(
+        "record", run_record, "Record with two cameras: boards by themselves when they are new, still and sharp; then the ball at "
+        "measured places, typed in. Ctrl-C ends it; starting again goes on.",
+        "record data/mine --left 0 --right 1 --board 9x6 --square-mm 25",
+    )  # fmt: skip
+    record.add_argument("out", metavar="OUT", help="folder of the recording: a new one, or one that was begun")
+    record.add_argument("--left", default="0", metavar="N", help="number of the left camera, or a video file (0)")
+    record.add_argument("--right", default="1", metavar="N", help="number of the right camera, or a video file (1)")
+    record.add_argument("--size", default="640x480", metavar="WxH", help="of the pictures, px (default: %(default)s)")
+    record.add_argument("--rate", type=float, default=15.0, metavar="HZ", help="pairs a second (default: %(default)g)")
+    record.add_argument(
+        "--board", default="9x6", metavar="9x6",
+        help="columns x rows: of a chessboard its inner corners, of a ChArUco board its squares (default: %(default)s)",
+    )  # fmt: skip
+    _add_board(record)
+    record.add_argument("--ball-color", default="red", metavar="NAME")
+    record.add_argument("--ball-mm", default="40", metavar="MM", help="diameter of the ball (default: %(default)s)")
+    record.add_argument(
+        "--set", choices=("calibration", "position", "depth"), default="calibration", dest="set_name",
+        help="boards, or the ball at places whose x, y and depth in mm are typed in, a line each",
+    )  # fmt: skip
+    record.add_argument("--seconds", type=_seconds, metavar="S", help="end after so long")
+    _add_json(record)
 
     check = add(
         "check", run_check, "Look a recording through: what is wrong, what it costs in millimetres, and what to do.",

@@ -1,9 +1,11 @@
-"""The commands of one's own cameras: board, cameras, import, check, export."""
+"""The commands of one's own cameras: board, cameras, record, import, check, export."""
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
+import time
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
@@ -52,10 +54,7 @@ def run_import(options: argparse.Namespace) -> int:
         raise StereoLabError(
             f"Expected {', '.join(lacking)} as well; or --calibration, to take over one made elsewhere."
         )
-    parts = options.board.lower().replace("×", "x").split("x")
-    if len(parts) != 2:
-        raise StereoLabError(f"--board: expected columns x rows of inner corners, as in 9x6; got {options.board!r}.")
-    board = board_of(parts[0], parts[1], options, ("--board", "--board"))
+    board = board_of_option(options)
     ball = Ball(color_name(options.ball_color, "--ball-color"), length_mm(options.ball_mm, "--ball-mm"))
     if options.side_by_side:
         recording = import_side_by_side(options.side_by_side, board, options.out, ball)
@@ -118,6 +117,94 @@ def run_cameras(options: argparse.Namespace) -> int:
         )
     write_json_option(options.json, {"cameras": [asdict(camera) for camera in cameras]})
     return OK if len(working) >= 2 else WANTING
+
+
+def board_of_option(options: argparse.Namespace) -> Board:
+    """The board of --board, such as 9x6, and the options beside it."""
+    parts = options.board.lower().replace("×", "x").split("x")
+    if len(parts) != 2:
+        raise StereoLabError(f"--board: expected columns x rows of inner corners, as in 9x6; got {options.board!r}.")
+    return board_of(parts[0], parts[1], options, ("--board", "--board"))
+
+
+def run_record(options: argparse.Namespace) -> int:
+    """Record with two cameras until Ctrl-C. The exit code is OK, also where nothing new was taken."""
+    from stereo_lab.capture import Folder, Recorder
+    from stereo_lab.recording import Ball
+    from stereo_lab.recording.bounds import color_name, length_mm
+
+    board = board_of_option(options)
+    ball = Ball(color_name(options.ball_color, "--ball-color"), length_mm(options.ball_mm, "--ball-mm"))
+    source = _two_cameras(options)
+    with source, Recorder(Folder(options.out, source.size, board, ball), board) as recorder:
+        for sentence in source.lock():
+            print(sentence)
+        taken = (
+            _typed_places(source, recorder, options)
+            if options.set_name != "calibration"
+            else _boards(source, recorder, options)
+        )
+    print(f"\n{options.out}: {taken} more; {len(recorder.folder.names(options.set_name))} pairs in {options.set_name}.")
+    print(f"Next: {me()} check {options.out}")
+    write_json_option(options.json, {"path": str(options.out), "taken": taken})
+    return OK
+
+
+def _two_cameras(options):
+    """The source that the options name."""
+    from stereo_lab.live import CameraSource
+
+    try:
+        wide, high = (int(part) for part in options.size.lower().split("x"))
+    except ValueError:
+        raise StereoLabError(
+            f"--size: expected width x height in pixels, as in 640x480; got {options.size!r}."
+        ) from None
+    left, right = (int(word) if word.isdecimal() else word for word in (options.left, options.right))
+    return CameraSource(left, right, (wide, high), options.rate)
+
+
+def _boards(source, recorder, options):
+    """Boards take themselves; a line is printed whenever there is something else to say."""
+    from stereo_lab.capture import Session
+
+    said, taken, until = [""], [], time.monotonic() + (options.seconds or float("inf"))
+
+    def show(frame, state):
+        if state.taken and state.taken not in taken:
+            taken.append(state.taken)
+        if state.said != said[0]:
+            said[0] = state.said
+            bars = "  ".join(f"{bar.name} {100 * bar.part:.0f} %" for bar in state.bars)
+            print(f"{state.said}   [{bars}]", flush=True)
+        if time.monotonic() > until:
+            session.stop()
+
+    print("Hold the board before both cameras; each pair is taken by itself. Ctrl-C ends it.\n", flush=True)
+    session = Session(source, recorder, show)
+    with contextlib.suppress(KeyboardInterrupt):
+        session.run()
+    return len(taken)
+
+
+def _typed_places(source, recorder, options):
+    """The ball at measured places: a line with x, y and depth takes the newest pair."""
+    print("Put the ball somewhere, measure it, and type x y depth in mm; an empty line ends it.\n", flush=True)
+    taken = 0
+    with contextlib.suppress(KeyboardInterrupt, EOFError):
+        while line := input("x y depth: ").replace(",", ".").split():
+            if len(line) != 3:
+                print("Three numbers were expected: to the right, up, and away from the cameras, as in 120 85 1000.")
+                continue
+            try:
+                frame = source.read()
+                name = recorder.take_sample(frame, options.set_name, tuple(line))
+            except StereoLabError as error:
+                print(error)
+                continue
+            taken += 1
+            print(f"Taken: {options.set_name}/{name}.")
+    return taken
 
 
 def run_check(options: argparse.Namespace) -> int:

@@ -96,7 +96,7 @@ def look_of(grey: np.ndarray, corners: np.ndarray | None) -> Look:
         return Look(size, np.nan, np.nan, float((grey >= WHITE).mean()), _blocks(grey))
     inside = np.zeros(grey.shape, np.uint8)
     there = corners[~np.isnan(corners[:, 0])]
-    cv2.fillConvexPoly(inside, cv2.convexHull(there).astype(np.int32), 1)
+    cv2.fillConvexPoly(inside, cv2.convexHull(there.astype(np.float32)).astype(np.int32), 1)
     shown = grey[inside > 0]
     if not len(shown):
         return Look(size, np.nan, np.nan, 0.0, _blocks(grey))

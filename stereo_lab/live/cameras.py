@@ -21,6 +21,12 @@ BLACK = 8  # grey levels: a picture without a brighter pixel is black
 WHITE = 250  # grey levels: what is overexposed is plain, too
 TAIL = 8  # rows: so many alike at the end are what a cut-off picture is filled up with
 JOIN_S = 1.0
+LOCK_S = 3.0  # so long drivers have to hold what they are asked to hold
+LOCKS = {  # what a camera does by itself, what switches that off, and the value that it found
+    "focus": (cv2.CAP_PROP_AUTOFOCUS, 0, cv2.CAP_PROP_FOCUS),
+    "exposure": (cv2.CAP_PROP_AUTO_EXPOSURE, 1, cv2.CAP_PROP_EXPOSURE),  # 1 is by hand, in Video4Linux and on Windows
+    "white balance": (cv2.CAP_PROP_AUTO_WB, 0, cv2.CAP_PROP_WB_TEMPERATURE),
+}
 
 
 class CameraSource(StereoSource):
@@ -112,6 +118,21 @@ class CameraSource(StereoSource):
         """The time by the clock of its frames, seconds."""
         return self._clock()
 
+    def lock(self) -> list[str]:
+        """Hold focus, exposure and white balance as they are now, where the drivers can; sentences on what could not be held."""
+        for side in self._sides:
+            side.locks.clear()
+        with self._news:
+            for side in self._sides:
+                side.lock_asked = True
+            self._news.wait_for(lambda: all(side.locks or side.stopped for side in self._sides), LOCK_S)
+        loose = [(side, [name for name, held in side.locks.items() if not held]) for side in self._sides]
+        return [
+            f"The {side.word} camera ({side.number}) does not let its {' and '.join(names)} be held: leave lamps and cameras as they are."
+            for side, names in loose
+            if names
+        ]
+
     def close(self) -> None:
         """Let both cameras go."""
         for side in self._sides:
@@ -134,6 +155,7 @@ class _Side:
         self._open_capture, self._news, self._clock = open_capture, news, clock
         self.taken: deque[tuple[float, np.ndarray]] = deque(maxlen=KEPT)
         self.trouble, self.stopped, self.passed_over = "", False, 0
+        self.lock_asked, self.locks = False, {}
         self._capture = self._open()
         if self._capture is None:
             raise StereoLabError(
@@ -159,6 +181,8 @@ class _Side:
                 self._sleep(AGAIN_S)
                 self._capture = None if self.stopped else self._open()
                 continue
+            if self.lock_asked:
+                self._lock()
             good, picture = self._capture.read()
             now = self._clock()
             if not good or picture is None:
@@ -169,6 +193,18 @@ class _Side:
             self._take(now, picture)
         if self._capture is not None:
             self._capture.release()
+
+    def _lock(self):
+        """Switch what the camera does by itself off, and keep the value that it had found."""
+        held = {}
+        for name, (automatic, off, value) in LOCKS.items():
+            found = self._capture.get(value)
+            self._capture.set(automatic, off)
+            self._capture.set(value, found)
+            held[name] = self._capture.get(automatic) == off
+        with self._news:
+            self.lock_asked, self.locks = False, held
+            self._news.notify_all()
 
     def _take(self, now, picture):
         with self._news:

@@ -17,13 +17,20 @@ from stereo_lab.errors import StereoLabError
 from stereo_lab.live import Follower, Moment, StereoSource, VirtualBench, open_source, run
 from stereo_lab.localization import Localizer
 from stereo_lab.recording import Recording
-from stereo_lab.widgets.panel import BLACK, BLUE, ORANGE, WHITE, slider
+from stereo_lab.widgets.panel import (
+    BLACK,
+    BLUE,
+    ORANGE,
+    PRESS,
+    SILENT_S,
+    TICK_MS,
+    WHITE,
+    answer_while_busy,
+    jpeg,
+    slider,
+)
 
-TICK_MS = 1000  # the page ticks so often while it is there
-SILENT_S = 5.0  # so long without a tick, and the run ends: a closed page must not drive an arm
-QUALITY = 80  # of the pictures on their way to the page
 LINE_PX = 34  # of the line of words under them
-PRESS = "Press play: the triangle on the left."
 THE_END = "The pictures have ended."
 GLIDE_MM_S = 150.0  # the ball goes so fast to where the sliders say: a jump would be taken for another ball
 
@@ -67,10 +74,10 @@ class LiveCell(ipywidgets.VBox):
         self.off = slider("before the plane (mm)", 0, -100, 100)
         self.text = ipywidgets.Label(PRESS)
         self.picture = ipywidgets.Image(format="jpeg", layout=ipywidgets.Layout(max_width="100%"))
-        self.picture.value = _jpeg(np.full((stage.image_size[1] // 4, stage.image_size[0] // 2, 3), 230, np.uint8))
+        self.picture.value = jpeg(np.full((stage.image_size[1] // 4, stage.image_size[0] // 2, 3), 230, np.uint8))
         super().__init__([ipywidgets.HBox([self.play, self.follow]), self.x, self.y, self.off, self.text, self.picture])
         for control in (self.play, self.follow, self.x, self.y, self.off):
-            _answer_while_busy(control)
+            answer_while_busy(control)
         self.play.observe(self._tick, "value")
         self.play.observe(self._pressed, "playing")
         self.follow.observe(self._switch, "value")
@@ -150,7 +157,7 @@ class LiveCell(ipywidgets.VBox):
                     why = self._why_it_ends() or ("" if frame else THE_END)
                     if why:
                         return why
-                    self.picture.value = _jpeg(_with_words(np.hstack([frame.left, frame.right]), ["homing"]))
+                    self.picture.value = jpeg(_with_words(np.hstack([frame.left, frame.right]), ["homing"]))
             finally:
                 if not homing.done():
                     arm.stop()
@@ -160,7 +167,7 @@ class LiveCell(ipywidgets.VBox):
     def _show_all(self, moments):
         """Show moment after moment; says why it ended."""
         for moment in moments:
-            self.picture.value = _jpeg(_drawn(moment))
+            self.picture.value = jpeg(_drawn(moment))
             self.text.value = f"{moment.said}; {moment.latency_ms:.0f} ms from the light to the order"
             self._glide()
             if why := self._why_it_ends():
@@ -186,16 +193,6 @@ def live_cell(source_name: str, arm_url: str | None, stage: Recording, localizer
         stage,
         localizer,
     )
-
-
-def _answer_while_busy(control):
-    """Let a control be heard while another cell runs.
-
-    ipykernel 7 hands a control's messages back to the shell that made it; without this note they stay in the thread that the
-    page asked for. Where a kernel has no such note, they wait for the cell.
-    """
-    with contextlib.suppress(AttributeError):
-        del control.comm._reply_subshell_id
 
 
 def _drawn(moment: Moment) -> np.ndarray:
@@ -225,7 +222,3 @@ def _with_words(view, words):
         at = (10 + k * view.shape[1] // len(words), LINE_PX - 11)
         cv2.putText(line, part, at, cv2.FONT_HERSHEY_SIMPLEX, 0.65, BLACK, 1, cv2.LINE_AA)
     return np.vstack([view, line])
-
-
-def _jpeg(picture):
-    return cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1].tobytes()

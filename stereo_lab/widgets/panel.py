@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -16,6 +17,10 @@ BLUE, ORANGE, VERMILION, BLACK, WHITE, GREY = (
 )  # fmt: skip
 PANEL_WIDTH = 960  # px, of the picture in a panel
 LONG = {"description_width": "170px"}
+TICK_MS = 1000  # the page ticks so often while it is there
+SILENT_S = 5.0  # so long without a tick, and the run ends: a closed page must not drive an arm
+QUALITY = 80  # of the pictures on their way to the page
+PRESS = "Press play: the triangle on the left."
 
 
 class Panel(ipywidgets.VBox):
@@ -69,3 +74,18 @@ def fit_width(image: np.ndarray, width: int) -> np.ndarray:
     """The picture made at most ``width`` wide."""
     scale = min(1.0, width / image.shape[1])
     return image if scale == 1 else cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+
+
+def answer_while_busy(control: ipywidgets.Widget) -> None:
+    """Let a control be heard while another cell runs.
+
+    ipykernel 7 hands a control's messages back to the shell that made it; without this note they stay in the thread that the
+    page asked for. Where a kernel has no such note, they wait for the cell.
+    """
+    with contextlib.suppress(AttributeError):
+        del control.comm._reply_subshell_id
+
+
+def jpeg(picture: np.ndarray) -> bytes:
+    """A BGR picture on its way to a page."""
+    return cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1].tobytes()

@@ -1,0 +1,178 @@
+"""The folder that a recorder fills: whatever was taken stays, whenever the power goes."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import io
+import os
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from stereo_lab.common.files import natural_key, write_json, write_whole
+from stereo_lab.errors import RecordingError, StereoLabError
+from stereo_lab.recording import Ball, Board, Recording, open_recording
+from stereo_lab.recording.bounds import place_mm
+from stereo_lab.recording.importing import camera_facts
+
+LOCK = ".recorder"
+ASIDE = "aside"  # halves of pairs whose other half was never written
+COLUMNS = "name", "x_mm", "y_mm", "depth_mm", "use"
+BOARDS = "calibration"
+
+
+class Folder:
+    """A recording that grows.
+
+    Each picture is written whole or not at all, the right one of a pair first: a left one without its other half cannot be.
+    One recorder at a time: a second one is refused while the first one lives.
+
+    Parameters
+    ----------
+    path : folder; made where it is not there, carried on where it is
+    size : (width, height), px
+    board : Board
+    ball : Ball
+
+    Raises
+    ------
+    RecordingError
+        If another recorder is at work in it, what is there is of other cameras or another board, or it cannot be written to.
+    """
+
+    def __init__(self, path: str | Path, size: tuple[int, int], board: Board, ball: Ball) -> None:
+        self.path, self.size = Path(path), size
+        self._check_what_is_there(board)
+        self._lock()
+        try:
+            if not (self.path / "recording.json").exists():
+                write_json(self.path / "recording.json", camera_facts(self.path.name, size, board, ball))
+            self._put_halves_aside()
+        except StereoLabError as error:
+            self.close()
+            raise RecordingError(str(error)) from None
+
+    def _check_what_is_there(self, board):
+        if not (self.path / "recording.json").exists():
+            if self.path.exists() and (not self.path.is_dir() or any(p.name != LOCK for p in self.path.iterdir())):
+                raise RecordingError(f"{self.path} is there and is no recording. Name a folder that is new.")
+            return
+        there = open_recording(self.path)
+        if there.board != board:
+            raise RecordingError(f"{self.path} was begun with a {there.board}; this is a {board}. Name another folder.")
+        if tuple(there.image_size) != tuple(self.size):
+            wide, high = there.image_size
+            raise RecordingError(
+                f"{self.path} was begun with pictures of {wide}x{high}; these are {self.size[0]}x{self.size[1]}. "
+                "Name another folder."
+            )
+
+    def _lock(self):
+        """A file with the number of this process; one that a dead process left behind is taken over."""
+        lock = self.path / LOCK
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            for _ in range(2):
+                try:
+                    with open(lock, "x", encoding="ascii") as file:
+                        file.write(str(os.getpid()))
+                    return
+                except FileExistsError:
+                    if _lives(_number_in(lock)):
+                        raise RecordingError(
+                            f"Another recorder is at work in {self.path}. End it, or name another folder."
+                        ) from None
+                    lock.unlink(missing_ok=True)
+        except OSError as error:
+            raise RecordingError(f"Cannot write in {self.path}: {error.strerror or error}.") from None
+
+    def _put_halves_aside(self):
+        """Right pictures whose left one was not written any more go into a folder of their own."""
+        for right in list(self.path.glob("*/right/*.png")):
+            left = right.parent.parent / "left" / right.name
+            if not left.exists():
+                aside = self.path / ASIDE / f"{right.parent.parent.name}_{right.name}"
+                aside.parent.mkdir(exist_ok=True)
+                right.rename(aside)
+
+    def close(self) -> None:
+        """Let the folder go; more than once does no harm."""
+        if _number_in(self.path / LOCK) == os.getpid():
+            with contextlib.suppress(OSError):
+                (self.path / LOCK).unlink()
+
+    def names(self, set_name: str) -> list[str]:
+        """Names of the pairs of one set, in their order."""
+        found = (self.path / set_name / "left").glob("*.png")
+        return [path.stem for path in sorted(found, key=natural_key)]
+
+    def add_pair(self, set_name: str, left: np.ndarray, right: np.ndarray) -> str:
+        """Write a pair; returns its name.
+
+        Raises
+        ------
+        StereoLabError
+            If the disk is full or the folder is gone; nothing is written then.
+        """
+        numbers = [int(name) for name in self.names(set_name) if name.isdecimal()]
+        name = f"{max(numbers, default=-1) + 1:03d}"
+        files = [self.path / set_name / side / f"{name}.png" for side in ("right", "left")]
+        written: list[Path] = []
+        try:
+            for file, image in zip(files, (right, left), strict=True):
+                write_whole(file, cv2.imencode(".png", image)[1].tobytes())
+                written.append(file)
+        except StereoLabError:
+            for file in written:
+                with contextlib.suppress(OSError):
+                    file.unlink()
+            raise
+        return name
+
+    def add_sample(
+        self, set_name: str, left: np.ndarray, right: np.ndarray, place: tuple[float, float, float], use: str = ""
+    ) -> str:
+        """Write a pair with the ball at a measured place: (x, y, depth), mm; returns its name.
+
+        The table is written last and whole: a pair without its line is passed over when it is read.
+
+        Raises
+        ------
+        StereoLabError
+            If a number fits into no room, or nothing can be written.
+        """
+        numbers = [place_mm(value, f"{set_name}, {what}") for value, what in zip(place, COLUMNS[1:4], strict=True)]
+        table = self.path / set_name / "measured.csv"
+        name = self.add_pair(set_name, left, right)
+        lines = table.read_text(encoding="utf-8") if table.exists() else ",".join(COLUMNS) + "\n"
+        out = io.StringIO(newline="")
+        csv.writer(out, lineterminator="\n").writerow([name, *(f"{number:g}" for number in numbers), use])
+        write_whole(table, lines + ("" if lines.endswith("\n") else "\n") + out.getvalue())
+        return name
+
+    def recording(self) -> Recording:
+        """What was recorded so far."""
+        return open_recording(self.path)
+
+    def __enter__(self) -> Folder:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _number_in(lock):
+    """The process that a lock names; 0 where it names none."""
+    try:
+        return int(lock.read_text(encoding="ascii"))
+    except (OSError, ValueError):
+        return 0
+
+
+def _lives(process: int) -> bool:
+    """Whether a process of this computer is at work."""
+    import psutil
+
+    return process > 0 and psutil.pid_exists(process)

@@ -1,0 +1,387 @@
+"""The recorder: what it takes by itself, and that nothing of it is ever lost."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import cv2
+import numpy as np
+import pytest
+from test_live import SIZE as FAKE_SIZE
+from test_live import Fake
+
+from stereo_lab import cli
+from stereo_lab.capture import Coverage, Folder, Recorder, Replay, Session, glance
+from stereo_lab.capture import folder as folders
+from stereo_lab.doctor import check_recording
+from stereo_lab.errors import RecordingError, StereoLabError
+from stereo_lab.live import CameraSource
+from stereo_lab.live.sources import Frame
+from stereo_lab.recording import Ball, Board, open_recording
+
+
+@pytest.fixture(scope="module")
+def third_rig():
+    return open_recording("third_rig")
+
+
+@pytest.fixture(scope="module")
+def images(third_rig):
+    return [(pair.left, pair.right) for pair in third_rig.pairs("calibration")]
+
+
+@pytest.fixture
+def folder(third_rig, tmp_path):
+    with Folder(tmp_path / "mine", third_rig.image_size, third_rig.board, third_rig.ball) as folder:
+        yield folder
+
+
+def held(recorder, left, right, start_s, seconds=1.0):
+    """What the recorder says while a board is held so."""
+    return [recorder.look(Frame(start_s + t, left, right)) for t in np.arange(0, seconds, 0.1)]
+
+
+def test_a_board_is_taken_when_it_is_new_and_still(third_rig, images, folder):
+    with Recorder(folder, third_rig.board) as recorder:
+        states = held(recorder, *images[0], 0)
+        taken = [k for k, state in enumerate(states) if state.taken]
+        assert (
+            taken == [4] and states[1].said == "Hold still." and "is taken" in states[-1].said
+        )  # after 0.4 s, and once
+        assert not any(state.taken for state in held(recorder, *images[0], 5))
+        assert any(state.taken for state in held(recorder, *images[1], 10))
+        moving = [recorder.look(Frame(20 + k / 10, *images[k % 2 + 2])) for k in range(10)]
+        assert not any(state.taken for state in moving)
+    assert folder.names("calibration") == ["000", "001"]
+    kept = cv2.imread(str(folder.path / "calibration" / "left" / "000.png"))
+    assert np.array_equal(kept, images[0][0])  # to the last bit
+
+
+def test_what_is_said_of_boards_that_cannot_be_taken(third_rig, images, folder):
+    left, right = images[0]
+    nothing = np.full_like(left, 120)
+    with Recorder(folder, third_rig.board) as recorder:
+        assert "No board is seen" in held(recorder, nothing, nothing, 0)[-1].said
+        burnt = [cv2.convertScaleAbs(image, alpha=3.0) for image in (left, right)]
+        assert "reflected" in held(recorder, *burnt, 10)[-1].said
+        blurred = [cv2.GaussianBlur(image, (0, 0), 2.5) for image in (left, right)]
+        assert "blurred" in held(recorder, *blurred, 20)[-1].said
+        assert folder.names("calibration") == []
+
+
+def test_a_board_that_one_camera_sees_counts_at_its_rim_alone(third_rig, images, folder):
+    nothing = np.full_like(images[0][0], 120)
+    board = third_rig.board
+    at_rim = next(left for left, _ in images if Coverage().reaches_rim(glance(left, board), 0))
+    inside = next(left for left, _ in images if not Coverage().reaches_rim(glance(left, board), 0))
+    with Recorder(folder, board) as recorder:
+        assert "Only the left camera" in held(recorder, inside, nothing, 0)[-1].said
+        assert any(state.taken for state in held(recorder, at_rim, nothing, 10))
+
+
+def test_bars_fill_and_the_next_place_is_one_where_none_was(third_rig, images):
+    coverage = Coverage()
+    before = {bar.name: bar.part for bar in coverage.bars()}
+    assert set(before.values()) == {0}
+    for left, right in images:
+        place = coverage.next_place()
+        assert place.endswith(".")
+        coverage.add(glance(left, third_rig.board), glance(right, third_rig.board))
+        now = {bar.name: bar.part for bar in coverage.bars()}
+        assert all(now[name] >= before[name] for name in now)
+        before = now
+    assert before["tilted"] == 1 and before["pairs"] >= (len(images) - 1) / 20
+
+
+@pytest.mark.parametrize(
+    ("turn", "name"), [((0, 25), "right"), ((0, -25), "left"), ((25, 0), "upper"), ((-25, 0), "lower")]
+)
+def test_a_tilt_is_told_as_it_is(turn, name):
+    """A drawn board that is turned towards the camera with one edge: that edge is the one told."""
+    board = Board(8, 6, 25.0)
+    corners = np.asarray(board.corners_mm, float)
+    corners = corners - corners.mean(0)
+    edge = {"right": [100, 0, 0], "left": [-100, 0, 0], "upper": [0, -75, 0], "lower": [0, 75, 0]}[name]
+    rotation = cv2.Rodrigues(np.radians([turn[0], turn[1], 0.0]))[0]
+    matrix = np.array([[700.0, 0, 320], [0, 700, 240], [0, 0, 1]])
+    assert (rotation @ edge)[2] < 0  # nearer to the camera
+    pixels = cv2.projectPoints(corners, cv2.Rodrigues(rotation)[0], np.array([0, 0, 600.0]), matrix, None)[0].reshape(
+        -1, 2
+    )
+    from stereo_lab.capture.coverage import TILTS
+    from stereo_lab.capture.glance import _tilt
+
+    tilt = _tilt(np.asarray(board.corners_mm, float), pixels, (640, 480))
+    told = [words for words, (axis, sign) in TILTS.items() if sign * tilt[axis] > 15]
+    assert told == [f"its {name} edge towards you"]
+
+
+def test_starting_again_goes_on(third_rig, images, folder):
+    with Recorder(folder, third_rig.board) as recorder:
+        held(recorder, *images[0], 0)
+    again = Folder(folder.path, third_rig.image_size, third_rig.board, third_rig.ball)
+    with Recorder(again, third_rig.board) as recorder:
+        assert len(recorder.coverage.taken) == 1
+        assert not any(state.taken for state in held(recorder, *images[0], 0))
+        assert [s.taken for s in held(recorder, *images[1], 10) if s.taken] == ["001"]
+
+
+def test_ten_pairs_give_a_first_calibration(third_rig, images, folder):
+    with Recorder(folder, third_rig.board) as recorder:
+        for k, pair in enumerate(images):
+            state = held(recorder, *pair, 10 * k)[-1]
+        give_up = time.monotonic() + 30
+        while state.calibration is None and time.monotonic() < give_up:
+            state = recorder.look(Frame(1000 + time.monotonic(), *images[0]))
+    assert state.calibration.verdict in ("good", "usable") and len(state.calibration.used) >= 10
+    assert check_recording(folder.recording()).verdict == "clean"
+
+
+def test_a_session_shows_every_pair_and_looks_at_the_newest(third_rig, folder):
+    shown = []
+    with Recorder(folder, third_rig.board) as recorder:
+        source = Replay(third_rig.pairs("calibration")[:3], hold_s=1.2, rate_hz=15)
+        Session(source, recorder, lambda frame, state: shown.append((frame.time_s, state.time_s))).run()
+    assert len(folder.names("calibration")) == 3
+    assert len(shown) > 30 and np.median([now - looked for now, looked in shown[5:]]) < 1
+
+
+def test_a_camera_that_falls_silent_is_told_and_waited_for(third_rig, images, folder):
+    class Silent(Replay):
+        times = 0
+
+        def read(self):
+            self.times += 1
+            if self.times == 3:
+                raise StereoLabError("The left camera (0) gave no picture.")
+            return super().read()
+
+    said = []
+    with Recorder(folder, third_rig.board) as recorder:
+        source = Silent(third_rig.pairs("calibration")[:1], hold_s=1.0)
+        Session(source, recorder, lambda _, state: said.append(state.said)).run()
+    assert "The left camera (0) gave no picture." in said and said[-1] != said[2]
+
+
+# Nothing is lost
+
+
+def test_two_recorders_on_one_folder(third_rig, folder):
+    with pytest.raises(RecordingError, match="Another recorder is at work"):
+        Folder(folder.path, third_rig.image_size, third_rig.board, third_rig.ball)
+    folder.close()
+    Folder(folder.path, third_rig.image_size, third_rig.board, third_rig.ball).close()
+    assert not (folder.path / folders.LOCK).exists()
+
+
+def test_the_lock_of_a_dead_recorder_is_taken_over(third_rig, folder):
+    folder.close()
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    for left_behind in (str(gone.pid), "", "nonsense"):
+        (folder.path / folders.LOCK).write_text(left_behind)
+        Folder(folder.path, third_rig.image_size, third_rig.board, third_rig.ball).close()
+
+
+KILLED = """
+import sys
+from stereo_lab.capture import Folder
+from stereo_lab.recording import open_recording
+rec = open_recording("third_rig")
+pair = rec.pairs("calibration")[0]
+folder = Folder(sys.argv[1], rec.image_size, rec.board, rec.ball)
+print("ready", flush=True)
+while True:
+    folder.add_sample("position", pair.left, pair.right, (1, 2, 3))
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="kill -9 is of Unix")
+def test_killed_while_it_writes(third_rig, tmp_path):
+    """Killed without a warning, at several moments: what is there can be opened, every picture is whole, and one can go on."""
+    for delay_s in (0.05, 0.11, 0.17, 0.26):
+        out = tmp_path / f"killed_{delay_s}"
+        at_work = subprocess.Popen([sys.executable, "-c", KILLED, str(out)], stdout=subprocess.PIPE)
+        at_work.stdout.readline()
+        time.sleep(delay_s)
+        os.kill(at_work.pid, signal.SIGKILL)
+        at_work.wait()
+        with Folder(out, third_rig.image_size, third_rig.board, third_rig.ball) as folder:
+            recording = folder.recording()
+            if folder.names("position"):
+                for pair in recording.pairs("position"):
+                    assert pair.left.shape == pair.right.shape
+            before = len(recording.samples("position")) if (out / "position" / "measured.csv").exists() else 0
+            left, right = third_rig.pairs("calibration")[0].left, third_rig.pairs("calibration")[0].right
+            folder.add_sample("position", left, right, (4, 5, 6))
+            assert len(folder.recording().samples("position")) == before + 1
+            assert not list(out.rglob("*.part"))
+
+
+def test_a_full_disk_is_said_and_nothing_is_half_written(third_rig, images, folder, monkeypatch):
+    real, left_to_write = folders.write_whole, [1]
+
+    def full(path, content):
+        if left_to_write[0] == 0:
+            raise StereoLabError(f"Cannot write {path}: No space left on device. Free some space.")
+        left_to_write[0] -= 1
+        real(path, content)
+
+    monkeypatch.setattr(folders, "write_whole", full)  # full after the first half of a pair
+    with Recorder(folder, third_rig.board) as recorder:
+        states = held(recorder, *images[0], 0)
+        assert any("No space left" in state.said for state in states) and not any(state.taken for state in states)
+        assert folder.names("calibration") == [] and not list(folder.path.glob("calibration/*/*.png"))
+        left_to_write[0] = 99  # space was made
+        assert any(state.taken for state in held(recorder, *images[0], 10))
+
+
+def test_folders_that_it_must_not_fill(third_rig, folder, tmp_path):
+    size, board, ball = third_rig.image_size, third_rig.board, third_rig.ball
+    folder.close()
+    with pytest.raises(RecordingError, match="was begun with a board"):
+        Folder(folder.path, size, Board(9, 7, 20.0), ball)
+    with pytest.raises(RecordingError, match="was begun with pictures of 640x480"):
+        Folder(folder.path, (320, 240), board, ball)
+    (tmp_path / "letters").mkdir()
+    (tmp_path / "letters" / "dear.txt").write_text("Dear")
+    with pytest.raises(RecordingError, match="is no recording"):
+        Folder(tmp_path / "letters", size, board, ball)
+    assert [p.name for p in (tmp_path / "letters").iterdir()] == ["dear.txt"]
+
+
+def test_samples_are_those_that_were_typed(images, folder):
+    folder.add_sample("position", *images[0], (120.5, -85, 1000), "fit")
+    folder.add_sample("position", *images[1], ("30", "40", "900"))
+    one, other = folder.recording().samples("position")
+    assert (one.measured.x_mm, one.measured.y_mm, one.measured.depth_mm, one.use) == (120.5, -85, 1000, "fit")
+    assert (other.pair.name, other.measured.depth_mm, other.use) == ("001", 900, "")
+    with pytest.raises(StereoLabError, match="position, depth_mm"):
+        folder.add_sample("position", *images[0], (1, 2, "far"))
+    assert folder.names("position") == ["000", "001"]
+
+
+# Cameras, and the command
+
+
+class Locking(Fake):
+    """A camera whose focus can be held, and nothing else."""
+
+    def get(self, what):
+        return self.asked.get(what, 1) if what in (cv2.CAP_PROP_AUTOFOCUS, cv2.CAP_PROP_FOCUS) else -1.0
+
+
+def test_what_cannot_be_locked_is_said():
+    Fake.cameras = {"all": []}
+    with CameraSource(0, 1, FAKE_SIZE, 30.0, Locking) as source:
+        for fake in Fake.cameras["all"]:
+            fake.feed.put(np.full((*FAKE_SIZE[::-1], 3), 100, np.uint8))
+        said = source.lock()
+        assert len(said) == 2 and "The left camera (0) does not let its exposure and white balance be held" in said[0]
+        assert all(fake.asked[cv2.CAP_PROP_AUTOFOCUS] == 0 for fake in Fake.cameras["all"])
+
+
+@pytest.fixture(scope="module")
+def films(third_rig, tmp_path_factory):
+    """Two video files in which somebody holds a board still; OpenCV reads them faster than they were taken."""
+    folder, films = tmp_path_factory.mktemp("films"), []
+    for side in ("left", "right"):
+        films.append(str(folder / f"{side}.avi"))
+        writer = cv2.VideoWriter(films[-1], cv2.VideoWriter_fourcc(*"MJPG"), 15, third_rig.image_size)
+        assert writer.isOpened()
+        for _ in range(200):
+            writer.write(getattr(third_rig.pairs("calibration")[0], side))
+        writer.release()
+    return films
+
+
+def test_the_command_records_from_what_opencv_opens(films, third_rig, tmp_path, capsys):
+    out, told = tmp_path / "mine", tmp_path / "told.json"
+    board = third_rig.board
+    arguments = [
+        "record", str(out), "--left", films[0], "--right", films[1], "--board", f"{board.columns}x{board.rows}",
+        "--square-mm", str(board.square_mm), "--ball-color", "blue", "--seconds", "6", "--json", str(told),
+    ]  # fmt: skip
+    assert cli.main(arguments) == 0
+    said = capsys.readouterr().out
+    taken = json.loads(told.read_text())["taken"]
+    assert taken == 1 and "Taken: pair 000" in said and "Next: " in said
+    recording = open_recording(out)
+    assert (
+        len(recording.pairs("calibration")) == taken
+        and recording.board == board
+        and recording.ball == Ball("blue", 40.0)
+    )
+
+
+def test_places_are_typed_in(films, tmp_path, capsys, monkeypatch):
+    lines = iter(["120 85 1000", "1 2", "1 2 far", "130,5 85 1000", ""])
+    monkeypatch.setattr("builtins.input", lambda _="": next(lines))
+    out = tmp_path / "mine"
+    arguments = ["record", str(out), "--left", films[0], "--right", films[1], "--set", "position"]
+    assert cli.main(arguments) == 0
+    said = capsys.readouterr().out
+    assert (
+        "Taken: position/001." in said
+        and "Three numbers were expected" in said
+        and "expected a number, got 'far'" in said
+    )
+    assert [s.measured.x_mm for s in open_recording(out).samples("position")] == [120, 130.5]
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["--size", "large"], "--size: expected width x height"),
+        (["--board", "9"], "--board: expected columns x rows"),
+        (["--left", "no_such_film.avi"], "does not open"),
+    ],
+)
+def test_bad_words_are_refused(words, says, tmp_path, capsys):
+    assert cli.main(["record", str(tmp_path / "mine"), "--right", "no_such_film.avi", *words]) == 2
+    assert says in capsys.readouterr().err
+    assert not (tmp_path / "mine").exists()
+
+
+# The panel
+
+
+def test_the_panel_records_while_the_page_is_there(third_rig, tmp_path):
+    from stereo_lab import widgets
+
+    pairs = third_rig.pairs("calibration")[:2]
+    panel = widgets.recorder_panel(
+        lambda: Replay(pairs, hold_s=1.2), tmp_path / "mine", third_rig.board, third_rig.ball
+    )
+    assert repr(panel) == "panel: the recorder" and not (tmp_path / "mine").exists()
+    panel.take_ball("position")
+    assert "No pictures yet" in panel.text.value
+    empty = panel.picture.value
+    panel.play.playing = True
+    give_up = time.monotonic() + 20
+    while panel.picture.value == empty and time.monotonic() < give_up:
+        time.sleep(0.05)
+    panel.place["depth"].value = 900
+    panel.take_ball("position")
+    while panel.thread.is_alive() and time.monotonic() < give_up:
+        panel._tick(None)
+        time.sleep(0.2)
+        panel.play.playing = False if panel.text.value.startswith("Ended") else panel.play.playing
+    panel.play.playing = False
+    panel.thread.join(10)
+    recording = open_recording(tmp_path / "mine")
+    assert len(recording.pairs("calibration")) == 2 and recording.samples("position")[0].measured.depth_mm == 900
+    assert panel.bars["pairs"].value == pytest.approx(0.1) and panel.text.value.startswith("Ended")
+
+
+def test_a_panel_whose_page_is_gone_ends(third_rig, tmp_path):
+    from stereo_lab.widgets import RecorderPanel
+
+    pairs = third_rig.pairs("calibration")
+    panel = RecorderPanel(lambda: Replay(pairs), tmp_path / "mine", third_rig.board, third_rig.ball, silent_s=0.5)
+    panel.play.playing = True
+    panel.thread.join(15)
+    assert not panel.thread.is_alive() and not (tmp_path / "mine" / folders.LOCK).exists()
