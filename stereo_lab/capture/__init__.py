@@ -2,6 +2,7 @@
 
 from stereo_lab.capture.coverage import Bar, Coverage
 from stereo_lab.capture.exchange import export_calibration, import_calibration, recording_of
+from stereo_lab.capture.films import import_films
 from stereo_lab.capture.folder import Folder
 from stereo_lab.capture.found import Camera, find_cameras, which_is_covered
 from stereo_lab.capture.glance import Glance, glance
@@ -26,6 +27,7 @@ __all__ = [
     "find_cameras",
     "glance",
     "import_calibration",
+    "import_films",
     "mark_sheets",
     "recording_of",
     "which_is_covered",

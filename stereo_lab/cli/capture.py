@@ -41,7 +41,7 @@ def board_of(columns: str, rows: str, options: argparse.Namespace, told_by: tupl
 
 def run_import(options: argparse.Namespace) -> int:
     """Make a recording from board pictures taken elsewhere, or of a calibration made elsewhere. The exit code is OK."""
-    from stereo_lab.recording import Ball, import_images, import_side_by_side
+    from stereo_lab.recording import Ball, import_images, import_side_by_side, is_video
     from stereo_lab.recording.bounds import color_name, length_mm
 
     if options.calibration:
@@ -56,7 +56,9 @@ def run_import(options: argparse.Namespace) -> int:
         )
     board = board_of_option(options)
     ball = Ball(color_name(options.ball_color, "--ball-color"), length_mm(options.ball_mm, "--ball-mm"))
-    if options.side_by_side:
+    if options.left and is_video(options.left):
+        recording = _from_films(options, board, ball)
+    elif options.side_by_side:
         recording = import_side_by_side(options.side_by_side, board, options.out, ball)
     else:
         recording = import_images(options.left, options.right, board, options.out, ball)
@@ -67,6 +69,21 @@ def run_import(options: argparse.Namespace) -> int:
         options.json, {"path": str(recording.path), "pairs": len(pairs), "image_size": list(recording.image_size)}
     )
     return OK
+
+
+def _from_films(options, board, ball):
+    """A recording from two films; how much later one began is said."""
+    from stereo_lab.capture import import_films
+    from stereo_lab.cli.terminal import Progress
+    from stereo_lab.recording import is_video
+
+    if not is_video(options.right):
+        raise StereoLabError(f"{options.left} is a film and {options.right} is none: name two films, or two patterns.")
+    with Progress() as progress:
+        recording, later = import_films(options.left, options.right, board, options.out, ball, options.every, progress)
+    which = "right" if later > 0 else "left"
+    print(f"The {which} film began {abs(later):.2f} s later, by how the board moves.")
+    return recording
 
 
 def _take_over(options):

@@ -37,14 +37,26 @@ def read_video(path: str | Path) -> Iterator[np.ndarray]:
     RecordingError
         If the file is missing, no plain file, or no video that OpenCV can read.
     """
+    return (frame for _, frame in read_timed(path))
+
+
+def read_timed(path: str | Path) -> Iterator[tuple[float, np.ndarray]]:
+    """The same with the time of each frame, seconds from the beginning: phones do not film at an even rate.
+
+    A film that says how it was held is turned upright, as OpenCV does by itself.
+    """
     capture = _opened(path)
     try:
-        there, frame = capture.read()
-        if not there:
-            raise RecordingError(f"{path} holds no frame that can be read. Save it again, as an .mp4 with H.264.")
-        while there:
-            yield frame
+        last_s, step_s = -np.inf, 1 / (capture.get(cv2.CAP_PROP_FPS) or 30.0)
+        while True:
             there, frame = capture.read()
+            if not there:
+                break
+            time_s = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
+            last_s = time_s if time_s > last_s + 0.1 * step_s else last_s + step_s  # some files do not tell
+            yield last_s, frame
+        if last_s == -np.inf:
+            raise RecordingError(f"{path} holds no frame that can be read. Save it again, as an .mp4 with H.264.")
     finally:
         capture.release()
 

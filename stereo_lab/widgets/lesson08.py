@@ -142,12 +142,12 @@ def recorder_panel(
 
 
 def drawn(image: np.ndarray, seen: Glance | None, cells: np.ndarray | None) -> np.ndarray:
-    """A camera's picture: grey where no board was yet, and the outline of the one that is seen."""
+    """A camera's picture: darker where no board was yet, and the outline of the one that is seen."""
     view = fit_width(image, SIDE_PX).copy()
     height, width = view.shape[:2]
     if cells is not None:
         empty = cv2.resize((cells == 0).astype(np.uint8), (width, height), interpolation=cv2.INTER_NEAREST) > 0
-        view[empty] = (view[empty] * (1 - SHADE) + np.array(GREY) * SHADE).astype(np.uint8)
+        view[empty] = (view[empty] * (1 - SHADE)).astype(np.uint8)
     for k in range(1, CELLS[0]):
         cv2.line(view, (k * width // CELLS[0], 0), (k * width // CELLS[0], height), GREY, 1)
     for k in range(1, CELLS[1]):
