@@ -13,7 +13,7 @@ lesson   room                   what is in it
 06       ``motion``, ``arm``    motors, ways to stop them, and the arm behind a serial line
 07       ``localization``,      all of it together: two pictures in, millimetres out;
          ``live``               again and again, with the arm behind the ball
-08       ``capture``,           boards to print, cameras, other people's files;
+08       ``capture``,           boards to print, a recorder, other people's files;
          ``doctor``             what is wrong with a recording, in plain words
 =======  =====================  ==========================================================
 

@@ -332,12 +332,22 @@ def test_places_are_typed_in(films, tmp_path, capsys, monkeypatch):
     assert [s.measured.x_mm for s in open_recording(out).samples("position")] == [120, 130.5]
 
 
+def test_a_recording_that_was_begun_knows_its_board(films, folder, third_rig, capsys, monkeypatch):
+    folder.close()
+    monkeypatch.setattr("builtins.input", lambda _="": "")
+    words = ["record", str(folder.path), "--left", films[0], "--right", films[1], "--set", "depth"]
+    assert cli.main(words) == 0
+    assert cli.main([*words, "--board", "9x6"]) == 2
+    assert f"was begun with a {third_rig.board}" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("words", "says"),
     [
         (["--size", "large"], "--size: expected width x height"),
         (["--board", "9"], "--board: expected columns x rows"),
-        (["--left", "no_such_film.avi"], "does not open"),
+        (["--left", "other_film.avi"], "does not open"),
+        (["--left", "no_such_film.avi"], "both name camera no_such_film.avi"),
     ],
 )
 def test_bad_words_are_refused(words, says, tmp_path, capsys):

@@ -170,6 +170,13 @@ def test_grey_and_deep_pictures(tmp_path):
         read_image(deep)
 
 
+def test_a_phone_s_own_format_is_named(tmp_path):
+    phone = tmp_path / "IMG_0001.HEIC"
+    phone.write_bytes(b"\0\0\0\x18ftypheic" + bytes(200))
+    with pytest.raises(RecordingError, match="is a HEIC picture.*JPEG"):
+        read_image(phone)
+
+
 def test_import_pairs_by_number(small, tmp_path):
     shots = tmp_path / "shots"
     shots.mkdir()

@@ -156,11 +156,11 @@ def _parser():
     record.add_argument("out", metavar="OUT", help="folder of the recording: a new one, or one that was begun")
     record.add_argument("--left", default="0", metavar="N", help="number of the left camera, or a video file (0)")
     record.add_argument("--right", default="1", metavar="N", help="number of the right camera, or a video file (1)")
-    record.add_argument("--size", default="640x480", metavar="WxH", help="of the pictures, px (default: %(default)s)")
+    record.add_argument("--size", metavar="WxH", help="of the pictures, px (640x480, or that of the recording)")
     record.add_argument("--rate", type=float, default=15.0, metavar="HZ", help="pairs a second (default: %(default)g)")
     record.add_argument(
-        "--board", default="9x6", metavar="9x6",
-        help="columns x rows: of a chessboard its inner corners, of a ChArUco board its squares (default: %(default)s)",
+        "--board", metavar="9x6",
+        help="columns x rows: of a chessboard its inner corners, of a ChArUco board its squares (9x6, or that of the recording)",
     )  # fmt: skip
     _add_board(record)
     record.add_argument("--ball-color", default="red", metavar="NAME")

@@ -7,6 +7,7 @@ import contextlib
 import os
 import time
 from dataclasses import asdict
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stereo_lab.cli.terminal import OK, WANTING, me, write_json_option
@@ -147,12 +148,17 @@ def board_of_option(options: argparse.Namespace) -> Board:
 def run_record(options: argparse.Namespace) -> int:
     """Record with two cameras until Ctrl-C. The exit code is OK, also where nothing new was taken."""
     from stereo_lab.capture import Folder, Recorder
-    from stereo_lab.recording import Ball
+    from stereo_lab.recording import Ball, open_recording
     from stereo_lab.recording.bounds import color_name, length_mm
 
-    board = board_of_option(options)
-    ball = Ball(color_name(options.ball_color, "--ball-color"), length_mm(options.ball_mm, "--ball-mm"))
-    source = _two_cameras(options)
+    begun = open_recording(options.out) if (Path(options.out) / "recording.json").is_file() else None
+    if begun is not None and options.board is None:
+        board, ball = begun.board, begun.ball
+    else:
+        options.board = options.board or "9x6"
+        board = board_of_option(options)
+        ball = Ball(color_name(options.ball_color, "--ball-color"), length_mm(options.ball_mm, "--ball-mm"))
+    source = _two_cameras(options, (640, 480) if begun is None else begun.image_size)
     with source, Recorder(Folder(options.out, source.size, board, ball), board) as recorder:
         for sentence in source.lock():
             print(sentence)
@@ -167,12 +173,16 @@ def run_record(options: argparse.Namespace) -> int:
     return OK
 
 
-def _two_cameras(options):
-    """The source that the options name."""
+def _two_cameras(options, size):
+    """The source that the options name; its pictures are of ``size`` where --size is not given."""
     from stereo_lab.live import CameraSource
 
+    if options.left == options.right:
+        raise StereoLabError(
+            f"--left and --right both name camera {options.left}. Ask `{me()} cameras` for their numbers."
+        )
     try:
-        wide, high = (int(part) for part in options.size.lower().split("x"))
+        wide, high = size if options.size is None else (int(part) for part in options.size.lower().split("x"))
     except ValueError:
         raise StereoLabError(
             f"--size: expected width x height in pixels, as in 640x480; got {options.size!r}."

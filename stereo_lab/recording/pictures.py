@@ -14,6 +14,13 @@ from stereo_lab.common.files import read_bytes
 from stereo_lab.errors import RecordingError, StereoLabError
 
 PICTURES = (".jpg", ".jpeg", ".png")
+PHONES = {
+    b"heic": "HEIC",
+    b"heix": "HEIC",
+    b"mif1": "HEIF",
+    b"msf1": "HEIF",
+    b"avif": "AVIF",
+}  # by what their files begin with
 LARGEST_PICTURE = 100_000_000  # pixels; ten times those of a good camera, and 300 MB of memory
 
 
@@ -79,6 +86,11 @@ def _too_large(path, came):
 
 
 def _broken(path, data):
+    if data[4:8] == b"ftyp" and data[8:12] in PHONES:
+        return RecordingError(
+            f'{path} is a {PHONES[data[8:12]]} picture, which cannot be read here. Set the phone to JPEG ("most compatible"), or '
+            "save it again as JPEG."
+        )
     return RecordingError(f"{path} is broken or cut short ({len(data)} bytes). Copy or take it again.")
 
 
