@@ -44,6 +44,8 @@ CALLS = {
     "hue_circle": lambda ax: plots.hue_circle("A title", ax),
     "heat": lambda ax: plots.heat(PICTURE[..., 1], (2.0, 1.0), "A title", ax),
     "flow": lambda ax: plots.flow(["one", "two", "three"], "A title", ax),
+    "numbers_by_file": lambda ax: plots.numbers_by_file(["a", "b"], [1.0, 9.0], ["b"], "px", "A title", ax),
+    "where_boards_were": lambda ax: plots.where_boards_were(np.array([[3.0, 4.0], [30, 20]]), (64, 48), "A title", ax),
     "answers_bar": lambda ax: plots.answers_bar(["a", "b"], [20.0, 40.0], [90.0, 95.0], "A title", ax),
     "suspect": lambda ax: plots.suspect(PICTURE, 3.0, 2.0, 1.5, "A title", ax),
     "signs": lambda ax: plots.signs({"rim": 1.5, "shade": -2.0, "seen": 0.0}, "A title", True, ax),
