@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 
 import cv2
 import numpy as np
@@ -273,20 +274,56 @@ class Locking(Fake):
     def get(self, what):
         return self.asked.get(what, 1) if what in (cv2.CAP_PROP_AUTOFOCUS, cv2.CAP_PROP_FOCUS) else -1.0
 
+    def read(self):
+        """A picture every few milliseconds, as long as it is open."""
+        picture = np.full((*FAKE_SIZE[::-1], 3), 100, np.uint8)
+        return (False, None) if self.released.wait(0.005) else (True, picture)
+
+
+def test_a_camera_that_is_plugged_in_again_is_held_again(monkeypatch):
+    Fake.cameras = {"all": []}
+    monkeypatch.setattr("stereo_lab.live.cameras.AGAIN_S", 0.01)
+    with CameraSource(0, 1, FAKE_SIZE, 30.0, Locking) as source:
+        source.lock()
+        Fake.cameras["all"][1].release()  # out, and in again
+        until = time.monotonic() + 60
+        while len(Fake.cameras["all"]) < 3 or cv2.CAP_PROP_AUTOFOCUS not in Fake.cameras["all"][2].asked:
+            assert time.monotonic() < until
+            time.sleep(0.01)
+
+
+class Waiting(Fake):
+    """A camera that never gives a picture."""
+
+    def read(self):
+        self.asked["picture"] = True
+        self.released.wait()
+        return False, None
+
 
 def test_what_cannot_be_locked_is_said():
     Fake.cameras = {"all": []}
     with CameraSource(0, 1, FAKE_SIZE, 30.0, Locking) as source:
-        for fake in Fake.cameras["all"]:
-            fake.feed.put(np.full((*FAKE_SIZE[::-1], 3), 100, np.uint8))
         said = source.lock()
         assert len(said) == 2 and "The left camera (0) does not let its exposure and white balance be held" in said[0]
         assert all(fake.asked[cv2.CAP_PROP_AUTOFOCUS] == 0 for fake in Fake.cameras["all"])
 
 
+def test_a_camera_that_does_not_answer_is_not_taken_for_held(monkeypatch):
+    Fake.cameras = {"all": []}
+    monkeypatch.setattr("stereo_lab.live.cameras.LOCK_S", 0.2)
+    with CameraSource(0, 1, FAKE_SIZE, 30.0, Waiting) as source:
+        while not all(fake.asked.get("picture") for fake in Fake.cameras["all"]):
+            time.sleep(0.01)
+        said = source.lock()
+        assert len(said) == 2 and "The right camera (1) has not said within 0.2 s that it lets its focus and" in said[1]
+        for fake in Fake.cameras["all"]:
+            fake.release()
+
+
 @pytest.fixture(scope="module")
 def films(third_rig, tmp_path_factory):
-    """Two video files in which somebody holds a board still; OpenCV reads them faster than they were taken."""
+    """Two video files in which somebody holds a board still."""
     folder, films = tmp_path_factory.mktemp("films"), []
     for side in ("left", "right"):
         films.append(str(folder / f"{side}.avi"))
@@ -298,12 +335,37 @@ def films(third_rig, tmp_path_factory):
     return films
 
 
-def test_the_command_records_from_what_opencv_opens(films, third_rig, tmp_path, capsys):
+class Played:
+    """A video file, opened by OpenCV, that comes as fast as it was taken, and over and over: OpenCV reads one at once."""
+
+    def __init__(self, path):
+        self.film = cv2.VideoCapture(path)
+
+    def __getattr__(self, name):
+        return getattr(self.film, name)
+
+    def read(self):
+        time.sleep(1 / 15)
+        good, picture = self.film.read()
+        if not good:
+            self.film.set(cv2.CAP_PROP_POS_FRAMES, 0)
+            good, picture = self.film.read()
+        return good, picture
+
+
+def test_the_command_records_from_what_opencv_opens(films, third_rig, tmp_path, capsys, monkeypatch):
+    def ends_when_one_is_taken(*words, **how):
+        print(*words, **how)
+        if words[0].startswith("Taken: pair"):
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("stereo_lab.live.CameraSource", partial(CameraSource, open_capture=Played))
+    monkeypatch.setattr("stereo_lab.cli.capture.print", ends_when_one_is_taken, raising=False)
     out, told = tmp_path / "mine", tmp_path / "told.json"
     board = third_rig.board
     arguments = [
         "record", str(out), "--left", films[0], "--right", films[1], "--board", f"{board.columns}x{board.rows}",
-        "--square-mm", str(board.square_mm), "--ball-color", "blue", "--seconds", "6", "--json", str(told),
+        "--square-mm", str(board.square_mm), "--ball-color", "blue", "--seconds", "300", "--json", str(told),
     ]  # fmt: skip
     assert cli.main(arguments) == 0
     said = capsys.readouterr().out
@@ -359,19 +421,33 @@ def test_bad_words_are_refused(words, says, tmp_path, capsys):
 # The panel
 
 
+class UntilTaken(Replay):
+    """Holds each board until the recorder has it: how busy this computer is makes no difference."""
+
+    def __init__(self, pairs, out):
+        super().__init__(pairs)
+        self._out, self._left = out, 60  # frames after all are taken: what is shown then is the last state
+
+    def read(self):
+        self._next = self._pace.due(self._next) + 1
+        taken = len(list((self._out / "calibration" / "left").glob("*.png")))
+        self._left -= taken >= len(self.pairs)
+        pair = self.pairs[min(taken, len(self.pairs) - 1)]
+        return Frame((self._next - 1) / self.rate_hz, pair.left, pair.right) if self._left else None
+
+
 def test_the_panel_records_while_the_page_is_there(third_rig, tmp_path):
     from stereo_lab import widgets
 
     pairs = third_rig.pairs("calibration")[:2]
-    panel = widgets.recorder_panel(
-        lambda: Replay(pairs, hold_s=1.2), tmp_path / "mine", third_rig.board, third_rig.ball
-    )
+    out = tmp_path / "mine"
+    panel = widgets.recorder_panel(lambda: UntilTaken(pairs, out), out, third_rig.board, third_rig.ball)
     assert repr(panel) == "panel: the recorder" and not (tmp_path / "mine").exists()
     panel.take_ball("position")
     assert "No pictures yet" in panel.text.value
     empty = panel.picture.value
     panel.play.playing = True
-    give_up = time.monotonic() + 20
+    give_up = time.monotonic() + 120
     while panel.picture.value == empty and time.monotonic() < give_up:
         time.sleep(0.05)
     panel.place["depth"].value = 900

@@ -120,18 +120,11 @@ class CameraSource(StereoSource):
 
     def lock(self) -> list[str]:
         """Hold focus, exposure and white balance as they are now, where the drivers can; sentences on what could not be held."""
-        for side in self._sides:
-            side.locks.clear()
         with self._news:
             for side in self._sides:
-                side.lock_asked = True
+                side.lock_asked, side.locks = True, {}
             self._news.wait_for(lambda: all(side.locks or side.stopped for side in self._sides), LOCK_S)
-        loose = [(side, [name for name, held in side.locks.items() if not held]) for side in self._sides]
-        return [
-            f"The {side.word} camera ({side.number}) does not let its {' and '.join(names)} be held: leave lamps and cameras as they are."
-            for side, names in loose
-            if names
-        ]
+            return [words for side in self._sides if (words := side.loose())]
 
     def close(self) -> None:
         """Let both cameras go."""
@@ -180,6 +173,7 @@ class _Side:
             if self._capture is None:
                 self._sleep(AGAIN_S)
                 self._capture = None if self.stopped else self._open()
+                self.lock_asked = self.lock_asked or bool(self.locks)  # plugged in again, it decides by itself again
                 continue
             if self.lock_asked:
                 self._lock()
@@ -229,6 +223,14 @@ class _Side:
         """How many pictures were passed over since the last time."""
         count, self.passed_over = self.passed_over, 0
         return count
+
+    def loose(self):
+        """What it does not hold, in words; empty where it holds all."""
+        names = [name for name, held in self.locks.items() if not held] if self.locks else list(LOCKS)
+        if not names:
+            return ""
+        refused = "does not let its" if self.locks else f"has not said within {LOCK_S:g} s that it lets its"
+        return f"The {self.word} camera ({self.number}) {refused} {' and '.join(names)} be held: leave lamps and cameras as they are."
 
     def words(self, since_s):
         """Why nothing new comes from it; empty where something does."""
