@@ -4,17 +4,19 @@ import json
 import re
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from rigs import BOARD, bent_board, hold, known_rig, turned
 
 from stereo_lab import cli
-from stereo_lab.doctor import FAULTS, check_recording, spoil
+from stereo_lab.doctor import FAULTS, admit, check_recording, healthy, spoil
 from stereo_lab.doctor.boards import Boards
 from stereo_lab.doctor.findings import COSTS, NOTE, STOPS, Checkup, Finding, in_order
 from stereo_lab.doctor.numbers import likeliest_table, place, slip_of
 from stereo_lab.doctor.pairing import mend_pairs
 from stereo_lab.errors import RecordingError
+from stereo_lab.exercises.lesson08 import _with_a_digit
 from stereo_lab.recording import import_images, open_recording
 from stereo_lab.recording.sample import Board
 
@@ -148,11 +150,32 @@ def test_a_camera_that_zoomed(seed, side, percent):
     assert float(re.search(r"([+-][\d.]+) %", mends[0].says)[1]) == pytest.approx(percent, abs=0.05)
 
 
-@pytest.mark.parametrize("px", [1.0, 8.0, 60.0])
-def test_pairs_of_which_none_is_of_one_moment(px):
-    rng, boards, _ = taken(1)
-    mends, _ = mend_pairs(replace(boards, right=boards.right + rng.normal(0, px, (PAIRS, 1, 2))))
-    assert names(mends) == ["not_together"]
+@pytest.mark.parametrize("px", [0.5, 3.0, 12.0])
+@pytest.mark.parametrize("seed", range(3))
+def test_pictures_that_slip_as_a_whole(seed, px):
+    rng, boards, _ = taken(seed)
+    slipped = {side: getattr(boards, side) + rng.normal(0, px, (PAIRS, 1, 2)) for side in ("left", "right")}
+    mends, _ = mend_pairs(replace(boards, **slipped))
+    assert names(mends) == ["stabilised"]
+
+
+@pytest.mark.parametrize(("mm", "degrees"), [(0.5, 0.2), (2.0, 1.0), (8.0, 3.0)])
+@pytest.mark.parametrize("seed", range(3))
+def test_boards_that_move_between_the_two_pictures(seed, mm, degrees):
+    """A hand moves a board and turns it: no shift of a picture explains that."""
+    rng = np.random.default_rng([seed, 3])
+    rig, corners = known_rig(rng), bent_board(rng, 0.4)
+    first = hold(rng, rig, corners, PAIRS)
+    turn_of = {k: turned(rng.normal(0, degrees, 3)) for k in range(PAIRS)}
+    right = []
+    for k, view in enumerate(first):
+        lens = rig.matrices[0], rig.distortions[0]
+        _, turn, place = cv2.solvePnP(corners, view.left, *lens)
+        there = (corners - corners.mean(0)) @ turn_of[k].T + corners.mean(0) + rng.normal(0, mm, 3)
+        right.append(rig.see(there @ cv2.Rodrigues(turn)[0].T + place.ravel())[1])
+    boards = seen(first, rig)
+    moved = replace(boards, right=np.array(right) + rng.normal(0, 0.04, boards.right.shape))
+    assert "not_together" in names(mend_pairs(moved)[0]) and "stabilised" not in names(mend_pairs(moved)[0])
 
 
 def test_two_faults_at_once():
@@ -263,13 +286,10 @@ def test_real_pictures_get_a_clean_bill(real_pictures, tmp_path):
     assert checkup.verdict == "clean" and {f.name for f in checkup.findings} <= {"corners_wrong"}
 
 
-NAMED = {"stabilised": "not_together"}  # what a picture that slips cannot be told from
-
-
 @pytest.mark.parametrize("fault", FAULTS)
 def test_each_fault_is_named_first(fault, third_rig, tmp_path):
     checkup = check_recording(spoil(third_rig, tmp_path / "spoilt", [fault], seed=1))
-    assert checkup.findings[0].name == NAMED.get(fault, fault), [f.says for f in checkup.findings]
+    assert checkup.findings[0].name == fault, [f.says for f in checkup.findings]
     for finding in checkup.findings:
         assert finding.says.endswith(".") and finding.advice.endswith(".")
         assert finding.severity == STOPS or finding.does_mm is not None
@@ -334,3 +354,33 @@ def test_the_command(third_rig, tmp_path, capsys):
 def test_a_report_that_cannot_be_written_is_refused_at_once(capsys, tmp_path):
     assert cli.main(["check", "bench", "--report", str(tmp_path)]) == 2
     assert str(tmp_path) in capsys.readouterr().err
+
+
+def slip_as_told(patient):
+    """The doctor's finding of a slip, and the number that it would expect there."""
+    slip = next(f for f in check_recording(patient).findings if f.name == "typing_slip")
+    return slip.files, float(re.search(r"should be about (\d+)", slip.says).group(1))
+
+
+def test_patients_have_what_they_are_said_to_have(tmp_path):
+    """Each has its one mistake, where `healthy` says; and two admissions are alike."""
+    well, (a, b, c) = healthy(), admit(tmp_path)
+    assert (a.board.columns, a.board.rows) == (well.board.columns + 1, well.board.rows + 1)
+    assert b.board == c.board == well.board and len(b.pairs("calibration")) == well.pairs
+    moved = next(f for f in check_recording(b).findings if f.name == "camera_moved")
+    assert moved.files[0] == f"calibration/{well.since:03d}"
+    files, about = slip_as_told(c)
+    assert files == (well.slipped,) and about == pytest.approx(well.depth_mm, abs=5) and about != well.depth_mm
+    with pytest.raises(RecordingError, match="there already"):
+        admit(tmp_path)
+
+
+@pytest.mark.parametrize("seat", [1, 2, 3, 4])
+def test_each_seat_has_a_slip_of_its_own(seat, tmp_path):
+    """Another line for each, where one number alone is what was typed with a digit more and what the cameras say."""
+    well = healthy(seat)
+    assert well.slipped not in {healthy(other).slipped for other in (None, *range(1, 5)) if other != seat}
+    files, about = slip_as_told(admit(tmp_path, seat)[2])
+    assert files == (well.slipped,)
+    near = [number for number in _with_a_digit(f"{well.typed_mm:.0f}") if abs(number - about) < 8]
+    assert near == [well.depth_mm]

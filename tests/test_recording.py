@@ -6,6 +6,7 @@ import shutil
 import cv2
 import numpy as np
 import pytest
+from PIL import Image, ImageOps
 
 from stereo_lab.errors import RecordingError, StereoLabError
 from stereo_lab.kinematics import ArmWeight
@@ -43,6 +44,17 @@ def test_samples_are_read(small):
     assert samples[0].truth is None
     assert samples[1].measured.depth_mm == 6
     assert samples[0].pair.left.shape == (48, 64, 3)
+
+
+@pytest.mark.parametrize(
+    "table",
+    ["name,x_mm,y_mm,depth_mm,use\n000,1,2,3,\n001,4,5,6,\n", "name,x_mm,y_mm,depth_mm\n000,1,2,3\n001,4,5,6\n"],
+)
+def test_where_no_line_tells_its_use_every_second_one_is_to_check(small, table):
+    (small / "position" / "measured.csv").write_text(table)
+    recording = open_recording(small)
+    assert [s.use for s in recording.samples("position")] == ["fit", "check"]
+    assert [s.pair.name for s in recording.judges("plane")] == ["001"]
 
 
 def test_missing_arm_means_the_shipped_one(small):
@@ -168,6 +180,24 @@ def test_grey_and_deep_pictures(tmp_path):
     assert read_image(grey, grey_allowed=True).shape == (8, 8, 3)
     with pytest.raises(RecordingError, match="16 bits"):
         read_image(deep)
+
+
+@pytest.mark.parametrize("number", range(1, 9))
+def test_a_picture_stands_upright_as_its_exif_says(number, tmp_path):
+    """Pillow's own turning is the judge."""
+    shown = np.random.default_rng(number).integers(0, 255, (24, 40, 3), np.uint8)
+    exif = Image.Exif()
+    exif[0x0112] = number
+    Image.fromarray(shown).save(tmp_path / "held.png", exif=exif)
+    upright = np.asarray(ImageOps.exif_transpose(Image.open(tmp_path / "held.png")))
+    assert np.array_equal(read_image(tmp_path / "held.png")[..., ::-1], upright)
+
+
+def test_a_picture_made_for_printing_is_read(tmp_path):
+    """Four inks in place of three colours."""
+    shown = np.full((24, 40, 3), (200, 120, 40), np.uint8)
+    Image.fromarray(shown).convert("CMYK").save(tmp_path / "inks.jpg", quality=95)
+    assert np.abs(read_image(tmp_path / "inks.jpg")[..., ::-1].astype(int) - shown).max() <= 4
 
 
 def test_a_phone_s_own_format_is_named(tmp_path):

@@ -9,9 +9,9 @@ also tells how well it knows the cameras, and so any place that they tell. The o
 
 from stereo_lab.calibration.advice import depth_map, where_to_hold
 from stereo_lab.calibration.cameras import StereoCalibration
-from stereo_lab.calibration.charuco import opencv_board
 from stereo_lab.calibration.corners import board_shown, counts_squares, find_corners, match_order
 from stereo_lab.calibration.homography import find_homography, focal_from_homography
+from stereo_lab.calibration.printed import opencv_board
 from stereo_lab.calibration.recipe import calibrate_stereo, calibrate_views
 from stereo_lab.calibration.store import boards_of, calibrate_anew, calibrate_recording, find_calibration
 

@@ -8,15 +8,13 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from stereo_lab.calibration.charuco import dictionary_in, enlarged, find_charuco
+from stereo_lab.calibration.charuco import dictionary_in, find_charuco
 from stereo_lab.calibration.crossing import place_corners
+from stereo_lab.calibration.finders import classic, sector
 from stereo_lab.errors import CalibrationError
 from stereo_lab.recording import Board, StereoPair
 from stereo_lab.recording.bounds import CHARUCO, FEWEST_CORNERS, MOST_CORNERS
 
-CLASSIC = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
-SECTOR = cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY
-FIND_WIDTH = 1280  # boards are found in pictures no wider than this; corners are placed in the full one
 SHOWN = 3  # pairs in which another board is looked for
 NEAR_OF_SQUARE = 0.2  # radius of the first, rough placing, as a part of the square
 
@@ -25,7 +23,7 @@ def find_corners(image: np.ndarray, board: Board, finders: Sequence[Callable] | 
     """Inner corners of a board, to a few hundredths of a pixel.
 
     A chessboard is found by ``cv2.findChessboardCorners``, and by ``cv2.findChessboardCornersSB`` where that fails, a ChArUco
-    board by its markers (:mod:`charuco`). Then two crossing edges are fitted to the picture round each corner (:mod:`crossing`).
+    board by its markers, or as a chessboard whose print says which way round it lies (:mod:`charuco`). Then two crossing edges are fitted to the picture round each corner (:mod:`crossing`).
 
     Parameters
     ----------
@@ -42,28 +40,13 @@ def find_corners(image: np.ndarray, board: Board, finders: Sequence[Callable] | 
     grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
     if board.kind == CHARUCO:
         return find_charuco(grey, board)
-    scale = min(1.0, FIND_WIDTH / max(grey.shape))
-    small = grey if scale == 1 else cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    for finder in finders or (_classic, _sector):
-        corners = finder(small, (board.columns, board.rows))
+    for finder in finders or (classic, sector):
+        corners = finder(grey, (board.columns, board.rows))
         if corners is not None:
-            corners = (corners + 0.5) / scale - 0.5
             corners = _place(grey, corners, board)
             if not _goes_on(grey, corners, board):
                 return _one_order(grey, corners, board)
     return None
-
-
-def _classic(grey, size):
-    found, corners = cv2.findChessboardCorners(grey, size, flags=CLASSIC)
-    return corners.reshape(-1, 2) if found else None
-
-
-def _sector(grey, size):
-    """The sector finder on an enlarged picture, where small boards are found as well."""
-    large, scale = enlarged(grey)
-    found, corners = cv2.findChessboardCornersSB(large, size, flags=SECTOR)
-    return (corners.reshape(-1, 2) + 0.5) / scale - 0.5 if found else None
 
 
 def _spacing(corners, board):
@@ -178,7 +161,7 @@ def _other_board(image, board):
     if board.kind == CHARUCO:
         name = dictionary_in(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), board)
         return None if name is None else replace(board, dictionary=name)
-    return next((other for other in _neighbours(board) if find_corners(image, other, (_classic,)) is not None), None)
+    return next((other for other in _neighbours(board) if find_corners(image, other, (classic,)) is not None), None)
 
 
 def _neighbours(board):

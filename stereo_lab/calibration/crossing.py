@@ -41,6 +41,16 @@ def place_corners(
     -------
     ndarray, shape (rows * columns, 2). Where the model does not fit, a corner stays where it was.
     """
+    return place_and_blur(grey, start_RxCx2, there, plain)[0]
+
+
+def place_and_blur(
+    grey: np.ndarray,
+    start_RxCx2: np.ndarray,
+    there: np.ndarray | None = None,
+    plain: tuple[float, np.ndarray] | None = None,
+) -> tuple[np.ndarray, float]:
+    """The same as :func:`place_corners`, and how wide the edges are: the median blur, px."""
     grid = np.asarray(start_RxCx2, float)
     there = np.ones(grid[..., 0].size, bool) if there is None else there
     corners = grid.reshape(-1, 2)[there]
@@ -48,7 +58,7 @@ def place_corners(
     square = min(np.linalg.norm(step, axis=1).min() for step in along)
     radius = int(np.clip(round(DISC * square), LEAST_PX, MOST_PX))
     if min(grey.shape) <= 2 * radius:
-        return _all(corners, there)
+        return _all(corners, there), BLUR_PX[0]
     middle = np.clip(corners.round().astype(int), radius, np.array(grey.shape[::-1]) - 1 - radius)
     v, u = np.mgrid[-radius : radius + 1, -radius : radius + 1]
     disc = u**2 + v**2 <= (radius + 0.5) ** 2
@@ -57,9 +67,10 @@ def place_corners(
     turns = [np.arctan2(step[:, 1], step[:, 0]) for step in along]
     geometry = np.column_stack([corners - middle, *turns, np.ones(len(corners))])
     counts = None if plain is None else _counts(along, u, v, corners - middle, plain[0], plain[1][there])
-    placed = _fit(geometry, u.astype(float), v.astype(float), seen, counts)[:, :2] + middle
+    geometry = _fit(geometry, u.astype(float), v.astype(float), seen, counts)
+    placed = geometry[:, :2] + middle
     sane = np.linalg.norm(placed - corners, axis=1) <= radius / 2
-    return _all(np.where(sane[:, None], placed, corners), there)
+    return _all(np.where(sane[:, None], placed, corners), there), float(np.median(geometry[:, 4]))
 
 
 def _all(corners, there):

@@ -11,7 +11,7 @@ import numpy as np
 from stereo_lab.calibration.bundle import Rig, matrices
 from stereo_lab.calibration.cameras import StereoCalibration
 from stereo_lab.calibration.heldout import errors_on_unseen, pair_errors
-from stereo_lab.calibration.refusals import check_enough, check_sides, check_spread, check_tilt, check_together
+from stereo_lab.calibration.refusals import check_enough, check_focal, check_sides, check_spread, check_together
 from stereo_lab.calibration.search import find_views
 from stereo_lab.calibration.shapes import board_shapes
 from stereo_lab.calibration.solver import OTHER_MOMENT, solve, why_bad
@@ -89,7 +89,7 @@ def calibrate_views(
         dropped += [(views[k].name, why_bad(fit, views[k], shapes)) for k in fit.bad]
         kept = [views[k] for k in fit.kept]
         quality = _quality(fit, kept, board, shapes, size, depth_mm)
-        check_tilt(quality["focal_sigma_percent"])
+        check_focal(quality["focal_sigma_percent"], quality["rms_px"])
         calibration = StereoCalibration(
             image_size=size, pairs=len(names), found=len(both),
             used=tuple(name for name in names if name in {view.name for view in kept if view.seen_by_both}),

@@ -15,6 +15,7 @@ from stereo_lab.recording import Board, StereoPair
 from stereo_lab.recording.bounds import CHARUCO
 
 STILL = 0.01  # of the picture's width: a board that moves less does not move
+CLEAR_PX = 0.3  # reprojection error that the pictures of a webcam allow
 BLURRED_FOCAL_PERCENT = 5.0  # beyond, nothing that the cameras tell is worth a word
 
 
@@ -68,10 +69,17 @@ def check_sides(rig: Rig) -> None:
         )
 
 
-def check_tilt(focal_sigma_percent: float) -> None:
-    """Refuse boards that do not tell the focal length."""
-    if focal_sigma_percent > BLURRED_FOCAL_PERCENT:
+def check_focal(sigma_percent: float, rms_px: float) -> None:
+    """Refuse boards that do not tell the focal length: they contradict each other, or were never tilted."""
+    if sigma_percent <= BLURRED_FOCAL_PERCENT:
+        return
+    leaves = f"leave the focal length open by {sigma_percent:.0f} %"
+    if sigma_percent * CLEAR_PX / max(rms_px, CLEAR_PX) <= BLURRED_FOCAL_PERCENT:
         raise CalibrationError(
-            f"The boards leave the focal length open by {focal_sigma_percent:.0f} %: they are all parallel to the "
-            "picture, or nearly. Tilt the board to the left, to the right, forwards and backwards, by 20 to 40 degrees."
+            f"The boards contradict each other by {rms_px:.1f} px, and {leaves}. Was a camera moved, refocused or zoomed "
+            "between two pairs? `stereo-lab check` tries which pairs belong together."
         )
+    raise CalibrationError(
+        f"The boards {leaves}: they are all parallel to the "
+        "picture, or nearly. Tilt the board to the left, to the right, forwards and backwards, by 20 to 40 degrees."
+    )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from stereo_lab.calibration import find_corners
+from stereo_lab.calibration.charuco import glimpse_of_charuco
 from stereo_lab.doctor.pictures import look_of
 from stereo_lab.recording import Board
 from stereo_lab.recording.bounds import CHARUCO
@@ -70,7 +70,7 @@ def glance(image: np.ndarray, board: Board) -> Glance | None:
 def _quick(small, board):
     """Corners in a small picture, NaN where not seen, or None."""
     if board.kind == CHARUCO:
-        return find_corners(small, board)
+        return glimpse_of_charuco(small, board)
     found, corners = cv2.findChessboardCorners(small, (board.columns, board.rows), flags=QUICK)
     if not found:
         return None

@@ -7,6 +7,7 @@ until nothing is left. ``examine`` is the recipe.
 
 from stereo_lab.doctor.examine import check_recording
 from stereo_lab.doctor.findings import Checkup, Evidence, Finding
+from stereo_lab.doctor.patients import Healthy, admit, healthy
 from stereo_lab.doctor.spoiling import FAULTS, spoil
 
-__all__ = ["FAULTS", "Checkup", "Evidence", "Finding", "check_recording", "spoil"]
+__all__ = ["FAULTS", "Checkup", "Evidence", "Finding", "Healthy", "admit", "check_recording", "healthy", "spoil"]

@@ -85,11 +85,11 @@ def camera_alone(seen: np.ndarray, board: Board, size: tuple[int, int]) -> Alone
     guess = np.array([[1.2 * width, 0, (width - 1) / 2], [0, 1.2 * width, (height - 1) / 2], [0, 0, 1]])
     how = cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_FIX_K3 | cv2.CALIB_FIX_ASPECT_RATIO
     _, matrix, distortion, _, _ = cv2.calibrateCamera(objects, pixels, size, guess, None, flags=how)
-    return _posed(seen, flat, np.array([*matrix[[0, 1, 0, 1], [0, 1, 2, 2]], *distortion.ravel()[:5]]))
+    return posed(seen, flat, np.array([*matrix[[0, 1, 0, 1], [0, 1, 2, 2]], *distortion.ravel()[:5]]))
 
 
-def _posed(seen, flat, lens):
-    """Where a camera with this lens sees each board."""
+def posed(seen: np.ndarray, flat: np.ndarray, lens: np.ndarray) -> Alone:
+    """Where a camera with this lens sees each board, whose corners are ``flat``, shape (corners, 3), mm."""
     poses = [board_pose(s.astype(float), flat, lens) for s in seen]
     turns = np.array([np.full((3, 3), np.nan) if p is None else p[0] for p in poses])
     shifts = np.array([np.full(3, np.nan) if p is None else p[1] for p in poses])
@@ -109,7 +109,7 @@ def _seen_by(lens, points):
 
 def posed_by(alone: Alone, seen: np.ndarray, board: Board) -> Alone:
     """The same camera before other boards."""
-    return _posed(seen, np.asarray(board.corners_mm, float), alone.lens)
+    return posed(seen, np.asarray(board.corners_mm, float), alone.lens)
 
 
 def steps_between(left: Alone, right: Alone) -> tuple[np.ndarray, np.ndarray]:

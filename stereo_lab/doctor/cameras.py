@@ -30,6 +30,7 @@ GOOD = Coverage(20, 60.0, 0.75, 0.22, (1.3, 1.3), 0.1)  # of a recording that le
 BENT_MM = 1.5
 UNEVEN = 2.5  # times the median doubt
 WRONG_PX = 1.0  # corners that are left out by less are worth no word
+APART = "not_together", "stabilised"  # all pairs are concerned, and no calibration is told
 PLAUSIBLE_BASELINE_MM = 25.0, 500.0
 UNITS = {10.0: "centimetres", 25.4: "inches", 1000.0: "metres", 0.1: "tenths of a millimetre"}
 SQUARES_MM = 4.0, 250.0
@@ -86,8 +87,8 @@ def check_cameras(boards: Boards, names: Sequence[str], looks: dict[tuple[str, s
     if last is None:
         return Cameras(findings + _refused(refused, covers, findings))
     if covers is not None and max(covers.edges_px) > WIDE_EDGE_PX:
-        findings = [f for f in findings if f.name != "not_together" or f.severity == STOPS]  # blur explains it
-    if any(finding.name == "not_together" for finding in findings):
+        findings = [f for f in findings if f.name not in APART or f.severity == STOPS]  # blur explains it
+    if any(finding.name in APART for finding in findings):
         return Cameras(findings)
     states = _states(last, mends)
     noise = _by_noise(last, together)
@@ -147,7 +148,7 @@ def _costs(mends, calibrations, depth_mm, upset):
         if before is not None and rigs:  # of a change the worse side: who knows when the balls were taken
             does = max(apart_mm(before.rig, rig, mend.boards.size, depth_mm) for rig in rigs)
             severity = NOTE
-            if mend.name == "not_together":
+            if mend.name in APART:
                 does = doubt_mm(before)
         elif upset:
             severity = NOTE

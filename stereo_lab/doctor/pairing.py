@@ -10,8 +10,17 @@ from stereo_lab.calibration.bundle import Rig
 from stereo_lab.common.files import natural_key
 from stereo_lab.doctor.boards import Boards
 from stereo_lab.doctor.findings import Evidence
-from stereo_lab.doctor.steps import ALL_DIFFER, FEWEST, SURE, Pulls, Together, fit_together, off_by, what_changed
-from stereo_lab.doctor.steps import PICTURE_SLIPS as SLIPS
+from stereo_lab.doctor.steps import (
+    ALL_DIFFER,
+    FEWEST,
+    SURE,
+    Pulls,
+    Together,
+    fit_together,
+    off_by,
+    pictures_slip,
+    what_changed,
+)
 from stereo_lab.doctor.suspects import AS_IS, Suspect, likeliest
 from stereo_lab.errors import CalibrationError
 
@@ -56,7 +65,11 @@ def mend_pairs(boards: Boards) -> tuple[list[Mend], Together | None]:
     boards, odd = _gross(boards, mends)
     try:
         if odd.sum() > len(odd) / 2:
-            mends.append(Mend("not_together", _not_together(odd.sum(), len(odd)), boards.names, boards))
+            mends.append(
+                _not_together(
+                    boards, f"In {odd.sum()} of {len(odd)} pairs the two pictures do not show the board at one place"
+                )
+            )
             return mends, None if (~odd).sum() < 4 else fit_together(boards.some(~odd))
         return mends, _fine(_put_back(boards, odd, mends), mends)
     except (CalibrationError, np.linalg.LinAlgError):
@@ -227,11 +240,18 @@ def _put_back(boards, odd, mends):
     return together
 
 
-def _not_together(count, of):
-    return (
-        f"In {count} of {of} pairs the two pictures do not show the board at one place: it moved between them, or the "
-        "pictures are of different moments."
+def _not_together(boards, seen, evidence=None):
+    """Pairs that do not belong together, most of them, as ``seen`` says; and whether the pictures slipped, or the board moved."""
+    try:
+        slips = pictures_slip(boards)
+    except (CalibrationError, np.linalg.LinAlgError):
+        slips = False
+    name, why = (
+        ("stabilised", "each picture has slipped as a whole, as those of a camera do that stabilises them")
+        if slips
+        else ("not_together", "it moved between them, or the pictures are of different moments")
     )
+    return Mend(name, f"{seen}: {why}.", boards.names, boards, (), evidence)
 
 
 def _at_one_end(away, count):
@@ -276,21 +296,7 @@ def _fine(together, mends):
                 mends[:] = [
                     mend for mend in mends if mend.name != "pairs_do_not_match"
                 ]  # they are no odder than the others
-                mends.append(_all_differ(boards, pulls, spread, seen))
+                says = f"The pairs contradict each other about the board's place {np.sqrt(spread):.0f} times more than noise"
+                mends.append(_not_together(boards, says, seen))
             break
     return together
-
-
-def _all_differ(boards, pulls, spread, seen):
-    """Pairs that all contradict each other a little."""
-    if pulls.slips() > SLIPS:
-        says = (
-            f"The pairs contradict each other {np.sqrt(spread):.0f} times more than noise, and each as if a whole picture had "
-            "slipped: a camera stabilises its pictures, or the board moved between the two."
-        )
-    else:
-        says = (
-            f"The pairs contradict each other {np.sqrt(spread):.0f} times more than noise: the board moved between the two "
-            "pictures of a pair."
-        )
-    return Mend("not_together", says, boards.names, boards, (), seen)

@@ -7,17 +7,17 @@ away follows from the fit's own equations, without fitting again (a score test).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stereo_lab.calibration.bundle import CAMERAS, LENS, RIGHT, STEP, TURN, Rig, Solution, equations, look
 from stereo_lab.calibration.bundle import Boards as Held
 from stereo_lab.calibration.shapes import board_shapes
-from stereo_lab.calibration.solver import robust_fit
+from stereo_lab.calibration.solver import robust_fit, robust_sigma
 from stereo_lab.calibration.start import board_pose, first_rig
 from stereo_lab.calibration.views import stacked
-from stereo_lab.doctor.boards import Boards
+from stereo_lab.doctor.boards import Boards, posed
 
 FEWEST = 6  # pairs of which some can be told to differ from the others
 SURE = 60.0  # of twice the log likelihood, beyond what chance gives the best of all places: rendered and real lenses fit no model
@@ -26,7 +26,9 @@ MEDIAN_OF_SIX = 5.35  # of chi-square with six degrees of freedom
 ROUNDS = 8
 HUBER, WILD = 8.0, 20.0  # sigmas beyond which a corner pulls no harder, and beyond which it is as wrong as any
 ALL_DIFFER = 6.0  # the pairs' misfit by what chance gives, from which all of them differ
-PICTURE_SLIPS = 0.75  # of that misfit which a shift of the picture explains where it is the picture that slips
+SLIP_ROUNDS = 16
+LEFT_OF_SLIPS = 0.07  # of what pairs disagree in, beyond noise: a board that moves turns as well, and leaves twice this
+MOST_NOISE_PX = 0.5  # more, where each picture is explained by itself: these cameras are none
 
 
 def _direction(*where):
@@ -43,7 +45,6 @@ CHANGES = {
     "left": _direction([LENS.index("fx"), LENS.index("fy")]),  # zoomed: both focal lengths, in pixels, by as much
     "right": _direction([RIGHT.start + LENS.index("fx"), RIGHT.start + LENS.index("fy")]),
 }
-SLIP = _direction([RIGHT.start + LENS.index("cx")], [RIGHT.start + LENS.index("cy")])
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,10 +138,26 @@ class Pulls:
         best = int(gains.argmax())
         return np.sort(order[: best + 1]), float(gains[best])
 
-    def slips(self) -> float:
-        """Part of the pairs' misfit that a mere shift of the right picture explains, the median pair's."""
-        own = np.array([self._gain(SLIP, [k])[0] for k in range(self.count)])
-        return float(np.median(own / np.maximum(self.alone, 1e-9)))
+
+def pictures_slip(boards: Boards) -> bool:
+    """Whether all that the pairs disagree in goes away when each picture may have slipped as a whole.
+
+    That is what a camera does which stabilises its pictures. A board that moves between the two pictures of a pair turns a little
+    and comes nearer, too. Each round takes off what the middle corner of a pair lacks; noise is what is left where each camera's
+    picture of a board is explained by itself. Raises CalibrationError where the pairs cannot be fitted.
+    """
+    first = together = fit_together(boards)
+    for _ in range(SLIP_ROUNDS):
+        off = together.solution.missing
+        by = np.nanmedian(off[:, :, 1] - off[:, :, 0], axis=1)
+        boards = replace(boards, right=boards.right - by[:, None])
+        together = fit_together(boards)
+    shapes, solution = board_shapes(boards.board), together.solution
+    corners = shapes.flat + shapes.ways @ solution.boards.bends
+    lenses = (boards.left, solution.rig.left), (boards.right, solution.rig.right)
+    noise = max(np.nanmedian(posed(seen, corners, lens).rms_px) for seen, lens in lenses) / np.sqrt(2)
+    had, left = (robust_sigma(fit.solution.missing[~np.isnan(fit.solution.missing)]) for fit in (first, together))
+    return bool(noise < MOST_NOISE_PX and left**2 - noise**2 < LEFT_OF_SLIPS**2 * (had**2 - noise**2))
 
 
 def _let_go(boards, start, columns, rig=None):

@@ -7,7 +7,6 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import matplotlib as mpl
-from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch, Rectangle
@@ -25,6 +24,8 @@ POINTS = 8.0  # of the words
 def sheets_pdf(sheets: Iterable[Sheet]) -> bytes:
     """Some sheets as the bytes of one PDF file, a page each; the same bytes again for the same sheets."""
     data = io.BytesIO()
+    from matplotlib.backends.backend_pdf import PdfPages  # brings 10 MB of fonts' tools, which no lesson needs
+
     with mpl.rc_context({"pdf.fonttype": 42}), PdfPages(data, metadata={"CreationDate": None}) as pages:
         for sheet in sheets:
             pages.savefig(_page(sheet))

@@ -6,8 +6,9 @@ The format is described in ``data/README.md``.
 from stereo_lab.recording.importing import import_images, import_side_by_side
 from stereo_lab.recording.model import Recording
 from stereo_lab.recording.needs import with_sets
-from stereo_lab.recording.opening import COLORS, REPOSITORY, open_recording
+from stereo_lab.recording.opening import COLORS, open_recording
 from stereo_lab.recording.pictures import read_image
+from stereo_lab.recording.places import REPOSITORY
 from stereo_lab.recording.sample import Ball, Board, Position, Sample, StereoPair
 from stereo_lab.recording.swapping import swap_sides
 from stereo_lab.recording.video import is_video

@@ -13,6 +13,8 @@ from stereo_lab.recording.bounds import place_mm, plain_name
 from stereo_lab.recording.pictures import PICTURES
 from stereo_lab.recording.sample import Ball, Board, Position, Sample, StereoPair
 
+SHARED_OUT, USES = ("position", "depth"), ("fit", "check")
+
 
 @dataclass(frozen=True)
 class Recording:
@@ -32,6 +34,7 @@ class Recording:
     arm_is_shipped : bool, whether the shipped bench's arm stands in for one that is not named
     calibrated_by : str, name of the recording beside it that has the boards; None: its own
     truth : dict, what truth.json says
+    seat : int, whose recording it is where each learner has another one; else None
     """
 
     path: Path
@@ -46,6 +49,7 @@ class Recording:
     arm_is_shipped: bool = False
     calibrated_by: str | None = None
     truth: dict = field(default_factory=dict, repr=False)
+    seat: int | None = None
 
     @property
     def name(self) -> str:
@@ -106,6 +110,8 @@ class Recording:
     def samples(self, set_name: str) -> tuple[Sample, ...]:
         """The measured pairs of one set: a tuple of :class:`Sample`.
 
+        Where no line of position or depth says what it is for, every second one is kept back to check.
+
         Raises
         ------
         RecordingError
@@ -120,6 +126,8 @@ class Recording:
             ball = self.true_ball(set_name, pair.name)
             truth = None if ball is None else _exact(ball["ball"])
             samples.append(Sample(pair, Position(x, y, depth), truth, (row.get("use") or "").strip()))
+        if set_name in SHARED_OUT and not any(sample.use for sample in samples):
+            samples = [replace(sample, use=USES[k % 2]) for k, sample in enumerate(samples)]
         return tuple(samples)
 
     def has_samples(self, set_name: str) -> bool:

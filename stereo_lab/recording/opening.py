@@ -10,6 +10,7 @@ from pathlib import Path
 from stereo_lab.common.files import check_format, read_json
 from stereo_lab.errors import RecordingError, StereoLabError
 from stereo_lab.kinematics import ArmWeight, TwoLinkArm
+from stereo_lab.recording import places
 from stereo_lab.recording.bounds import (
     CHARUCO,
     CHESSBOARD,
@@ -34,8 +35,7 @@ from stereo_lab.recording.pictures import LARGEST_PICTURE
 from stereo_lab.recording.sample import Ball, Board
 from stereo_lab.recording.truth import read_truth
 
-REPOSITORY = Path(__file__).resolve().parent.parent.parent
-__all__ = ["COLORS", "REPOSITORY", "open_recording"]
+__all__ = ["COLORS", "open_recording"]
 
 
 def open_recording(path: str | Path | None = None) -> Recording:
@@ -67,15 +67,15 @@ def open_recording(path: str | Path | None = None) -> Recording:
 
 def _find_folder(path):
     """The folder meant by a path or by the name of a shipped recording."""
-    for folder in (Path(path), REPOSITORY / path, REPOSITORY / "data" / path):
+    for folder in (Path(path), places.course() / path, *(shelf / path for shelf in places.shelves())):
         if (folder / "recording.json").is_file():
             return folder.resolve()
-    shipped = sorted(p.parent.name for p in (REPOSITORY / "data").glob("*/recording.json"))
     if Path(path).is_dir():
         raise RecordingError(
             f"{path} has no recording.json in it, so it is no recording. data/README.md shows what goes in."
         )
-    raise RecordingError(f"There is no folder {path}. Shipped recordings: {', '.join(shipped) or 'none'}.")
+    places.check_shelves()
+    raise RecordingError(f"There is no folder {path}. Shipped recordings: {', '.join(places.known())}.")
 
 
 def _parse(folder, facts):
@@ -99,6 +99,7 @@ def _parse(folder, facts):
         arm_is_shipped="arm" not in facts,
         calibrated_by=_parse_other(facts, where),
         truth=read_truth(folder / "truth.json"),
+        seat=whole_in(facts["seat"], f"{where}, seat", 0, 9999) if "seat" in facts else None,
     )
 
 

@@ -21,11 +21,12 @@ PHONES = {
     b"msf1": "HEIF",
     b"avif": "AVIF",
 }  # by what their files begin with
+AS_IT_IS = cv2.IMREAD_ANYDEPTH | cv2.IMREAD_ANYCOLOR  # turned upright by its EXIF, which IMREAD_UNCHANGED passes over
 LARGEST_PICTURE = 100_000_000  # pixels; ten times those of a good camera, and 300 MB of memory
 
 
 def read_image(path: str | Path, grey_allowed: bool = False) -> np.ndarray:
-    """Read one picture as BGR, shape (height, width, 3), uint8.
+    """Read one picture as BGR, shape (height, width, 3), uint8, upright as EXIF says and every viewer shows it.
 
     Raises
     ------
@@ -73,7 +74,7 @@ def _decode(data):
     if _is_cut_short(data):
         return None
     try:
-        return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+        return cv2.imdecode(np.frombuffer(data, np.uint8), AS_IT_IS)
     except cv2.error:
         return None
 

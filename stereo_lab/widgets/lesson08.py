@@ -1,4 +1,4 @@
-"""The recorder's panel, lesson 08: both cameras live, what is seen of the board, bars that fill, and what to do next."""
+"""Panels of lesson 08: a planner for a rig; the recorder, with both cameras live, bars that fill, and what to do next."""
 
 from __future__ import annotations
 
@@ -11,20 +11,38 @@ import cv2
 import ipywidgets
 import numpy as np
 
-from stereo_lab.capture import Folder, Glance, Recorder, Session
+from stereo_lab.capture import Coverage, Folder, Glance, Recorder, Session, State
 from stereo_lab.capture.coverage import CELLS
 from stereo_lab.errors import StereoLabError
-from stereo_lab.live import CameraSource, StereoSource
+from stereo_lab.live import CameraSource, Frame, StereoSource
 from stereo_lab.recording import Ball, Board
-from stereo_lab.widgets.panel import BLUE, GREY, ORANGE, PRESS, SILENT_S, TICK_MS, answer_while_busy, fit_width, jpeg
+from stereo_lab.widgets.panel import (
+    BLACK,
+    BLUE,
+    GREY,
+    ORANGE,
+    PANEL_WIDTH,
+    PRESS,
+    SILENT_S,
+    TICK_MS,
+    VERMILION,
+    WHITE,
+    Panel,
+    Pictured,
+    answer_while_busy,
+    fit_width,
+    jpeg,
+    slider,
+)  # fmt: skip
 
 BARS = "pairs", "left picture", "right picture", "near and far", "tilted"
 SIDE_PX = 480  # width of one camera's picture in the panel
-SHADE = 0.35  # how strongly cells are shaded in which no board was yet
+SHADE = 0.55  # how strongly cells are shaded in which no board was yet
 SETS = "position", "depth"
+GAP_PX = 8  # between the two pictures
 
 
-class RecorderPanel(ipywidgets.VBox):
+class RecorderPanel(Pictured):
     """Play and stop, bars, both pictures, and places to type in. ``repr`` never changes, so that a notebook's output does not.
 
     The session lives in a thread. ``Play`` starts it, stops it, and ticks: where the page is closed it ends. What was taken
@@ -36,6 +54,7 @@ class RecorderPanel(ipywidgets.VBox):
     out : folder of the recording
     board, ball : Board and Ball
     silent_s : float, so long without a tick until it ends
+    still : ndarray, BGR, what is shown until it plays
 
     Attributes
     ----------
@@ -43,7 +62,8 @@ class RecorderPanel(ipywidgets.VBox):
     """
 
     def __init__(
-        self, open_pictures: Callable[[], StereoSource], out: str | Path, board: Board, ball: Ball, silent_s: float = SILENT_S
+        self, open_pictures: Callable[[], StereoSource], out: str | Path, board: Board, ball: Ball, silent_s: float = SILENT_S,
+        still: np.ndarray | None = None,
     ) -> None:  # fmt: skip
         self._open_pictures, self._out, self._board, self._ball = open_pictures, Path(out), board, ball
         self._silent_s, self._heard_s = silent_s, 0.0
@@ -53,7 +73,9 @@ class RecorderPanel(ipywidgets.VBox):
         self.text = ipywidgets.Label(PRESS)
         self.bars = {name: _bar(name) for name in BARS}
         self.picture = ipywidgets.Image(format="jpeg", layout=ipywidgets.Layout(max_width="100%"))
-        self.picture.value = jpeg(np.full((SIDE_PX * 3 // 4, 2 * SIDE_PX, 3), 230, np.uint8))
+        self.picture.value = jpeg(
+            np.full((SIDE_PX * 3 // 4, 2 * SIDE_PX, 3), 230, np.uint8) if still is None else still
+        )
         self.place = {name: ipywidgets.FloatText(0, description=f"{name} (mm)") for name in ("x", "y", "depth")}
         self.take = {name: ipywidgets.Button(description=f"ball: {name}") for name in SETS}
         super().__init__([
@@ -102,11 +124,7 @@ class RecorderPanel(ipywidgets.VBox):
     def _show(self, frame, state):
         session = self._session
         coverage = session.recorder.coverage if session is not None else None
-        views = [
-            drawn(image, seen, None if coverage is None else coverage.cells(side))
-            for side, (image, seen) in enumerate(zip((frame.left, frame.right), state.seen, strict=True))
-        ]
-        self.picture.value = jpeg(np.hstack(views))
+        self.picture.value = jpeg(recorder_view(frame, state, coverage))
         self.text.value = state.said
         for bar in state.bars:
             self.bars[bar.name].value = bar.part
@@ -128,7 +146,11 @@ class RecorderPanel(ipywidgets.VBox):
 
 
 def recorder_panel(
-    open_pictures: Callable[[], StereoSource], out: str | Path, board: Board, ball: Ball
+    open_pictures: Callable[[], StereoSource],
+    out: str | Path,
+    board: Board,
+    ball: Ball,
+    still: np.ndarray | None = None,
 ) -> RecorderPanel:
     """The recorder as a panel; nothing is opened and nothing is written until play is pressed.
 
@@ -137,8 +159,26 @@ def recorder_panel(
     open_pictures : function that gives a StereoSource: ``lambda: CameraSource(0, 1)``
     out : folder of the recording, a new one or one that was begun
     board, ball : Board and Ball
+    still : ndarray, BGR, what is shown until play is pressed, and where no kernel runs
     """
-    return RecorderPanel(open_pictures, out, board, ball)
+    return RecorderPanel(open_pictures, out, board, ball, still=still)
+
+
+def recorder_view(frame: Frame, state: State, coverage: Coverage | None) -> np.ndarray:
+    """Both cameras' pictures as the recorder's panel shows them, BGR.
+
+    Parameters
+    ----------
+    frame : Frame
+    state : State, what the recorder saw in it
+    coverage : Coverage or None, of the boards taken so far
+    """
+    cells = (None, None) if coverage is None else (coverage.cells(0), coverage.cells(1))
+    left, right = (drawn(*side) for side in zip((frame.left, frame.right), state.seen, cells, strict=True))
+    for view, name in ((left, "left"), (right, "right")):
+        cv2.putText(view, name, (10, 24), cv2.FONT_HERSHEY_SIMPLEX, 0.7, BLACK, 4, cv2.LINE_AA)
+        cv2.putText(view, name, (10, 24), cv2.FONT_HERSHEY_SIMPLEX, 0.7, WHITE, 2, cv2.LINE_AA)
+    return np.hstack([left, np.full((len(left), GAP_PX, 3), 255, np.uint8), right])
 
 
 def drawn(image: np.ndarray, seen: Glance | None, cells: np.ndarray | None) -> np.ndarray:
@@ -146,8 +186,8 @@ def drawn(image: np.ndarray, seen: Glance | None, cells: np.ndarray | None) -> n
     view = fit_width(image, SIDE_PX).copy()
     height, width = view.shape[:2]
     if cells is not None:
-        empty = cv2.resize((cells == 0).astype(np.uint8), (width, height), interpolation=cv2.INTER_NEAREST) > 0
-        view[empty] = (view[empty] * (1 - SHADE)).astype(np.uint8)
+        empty = cv2.resize((cells == 0).astype(np.uint8), (width, height), interpolation=cv2.INTER_NEAREST)
+        cv2.copyTo(cv2.convertScaleAbs(view, alpha=1 - SHADE), empty, view)
     for k in range(1, CELLS[0]):
         cv2.line(view, (k * width // CELLS[0], 0), (k * width // CELLS[0], height), GREY, 1)
     for k in range(1, CELLS[1]):
@@ -169,3 +209,87 @@ def _bar(name):
         style={"description_width": "90px"},
         layout=ipywidgets.Layout(width="190px"),
     )
+
+
+PLAN_HIGH = 420  # px, of the planner's picture
+FAR_MM, MARGIN_PX = 3200.0, 60  # the farthest depth of the planner
+HUNDREDTHS = 100  # of a pixel
+ENLARGED = 100  # times, the error of depth in the planner's picture
+
+
+def rig_planner(ball_mm: float = 40.0) -> Panel:
+    """A rig before it is bought: choose the cameras and how far apart they stand, and see how exact depth will be.
+
+    Parameters
+    ----------
+    ball_mm : float, diameter of the ball
+    """
+
+    def draw(baseline_mm, depth_mm, angle_deg, width_px, noise):
+        focal_px = width_px / 2 / np.tan(np.radians(angle_deg) / 2)
+        error_mm = depth_mm**2 / (focal_px * baseline_mm) * np.sqrt(2) * noise / HUNDREDTHS
+        both_mm = max(0.0, depth_mm * width_px / focal_px - baseline_mm)
+        view = _plan_from_above(baseline_mm, depth_mm, angle_deg, both_mm, error_mm)
+        nearest = f"a ball in the middle is seen by both from {baseline_mm * focal_px / width_px:.0f} mm on"
+        return view, (
+            f"At {depth_mm} mm: depth ±{error_mm:.1f} mm (1 sigma), both see {both_mm:.0f} mm, the ball is "
+            f"{ball_mm * focal_px / depth_mm:.0f} px wide; {nearest}."
+        )
+
+    return Panel(
+        "rig planner",
+        {
+            "baseline_mm": slider("baseline (mm)", 120, 30, 500, 10),
+            "depth_mm": slider("depth (mm)", 1000, 300, 3000, 50),
+            "angle_deg": slider("angle of view (degrees)", 50, 30, 100, 1),
+            "width_px": slider("picture width (px)", 640, 320, 1920, 160),
+            "noise": slider("noise of a centre (px/100)", 3, 1, 100, 1),
+        },
+        draw,
+    )
+
+
+def _plan_from_above(baseline_mm, depth_mm, angle_deg, both_mm, error_mm):
+    """Two wedges, cameras at the left, depth to the right; the strip that both see, and the error of depth, enlarged."""
+    scale = (PANEL_WIDTH - 2 * MARGIN_PX) / FAR_MM
+    scale = min(scale, (PLAN_HIGH / 2 - MARGIN_PX / 2) / max(both_mm / 2, 1.0))  # all of the strip in the picture
+    view, half = np.full((PLAN_HIGH, PANEL_WIDTH, 3), 255, np.uint8), np.tan(np.radians(angle_deg) / 2)
+
+    def to_px(depth, x):
+        return round(MARGIN_PX + depth * scale), round(PLAN_HIGH / 2 + x * scale)
+
+    for x, color, name in ((-baseline_mm / 2, BLUE, "left"), (baseline_mm / 2, VERMILION, "right")):
+        for way in (-1, 1):
+            cv2.line(view, to_px(0, x), to_px(FAR_MM, x + way * half * FAR_MM), color, 1, cv2.LINE_AA)
+        cv2.circle(view, to_px(0, x), 6, color, -1, cv2.LINE_AA)
+        place = (4, to_px(0, x)[1] + (-10 if x < 0 else 22))
+        cv2.putText(view, name, place, cv2.FONT_HERSHEY_SIMPLEX, 0.55, color, 1, cv2.LINE_AA)
+    for x in np.linspace(-both_mm / 2, both_mm / 2, 2):
+        cv2.circle(view, to_px(depth_mm, x), 5, BLACK, -1, cv2.LINE_AA)
+    cv2.line(
+        view, to_px(depth_mm, -both_mm / 2), to_px(depth_mm, both_mm / 2), BLACK if both_mm else GREY, 3, cv2.LINE_AA
+    )
+    if both_mm:
+        along, up = to_px(depth_mm, -both_mm / 2)
+        place = along + 10, max(up + 5, 20)
+        cv2.putText(view, "both see", place, cv2.FONT_HERSHEY_SIMPLEX, 0.5, BLACK, 1, cv2.LINE_AA)
+    for depth in range(500, int(FAR_MM), 500):
+        cv2.putText(
+            view,
+            f"{depth}",
+            (to_px(depth, 0)[0] - 16, PLAN_HIGH - 8),
+            cv2.FONT_HERSHEY_SIMPLEX,
+            0.5,
+            BLACK,
+            1,
+            cv2.LINE_AA,
+        )
+    cv2.putText(view, "depth (mm)", (4, PLAN_HIGH - 28), cv2.FONT_HERSHEY_SIMPLEX, 0.5, BLACK, 1, cv2.LINE_AA)
+    ends = [to_px(depth_mm + side * ENLARGED * error_mm, 0) for side in (-1, 1)]
+    cv2.line(view, *ends, ORANGE, 5, cv2.LINE_AA)
+    words = f"error of depth (1 sigma), {ENLARGED} times as long"
+    cv2.putText(
+        view, words, (to_px(depth_mm, 0)[0] + 14, ends[1][1] - 14), cv2.FONT_HERSHEY_SIMPLEX, 0.5, BLACK, 1, cv2.LINE_AA
+    )
+    cv2.circle(view, to_px(depth_mm, 0), 8, ORANGE, -1, cv2.LINE_AA)
+    return view
