@@ -12,6 +12,7 @@ from stereo_lab.calibration import calibrate_recording, homography
 from stereo_lab.common.files import read_table
 from stereo_lab.detection import HUES, BallColor, BallDetector, Detection, candidates, cone, hough, judge
 from stereo_lab.detection.outline import ANGLE, RAYS, Look
+from stereo_lab.detection.weights import FILE, SHIPPED
 from stereo_lab.errors import StereoLabError
 from stereo_lab.recording import open_recording, read_image
 from stereo_lab.results.evaluation import is_hit
@@ -252,8 +253,8 @@ def test_the_papers_score_is_its_share_of_votes():
 def test_every_piece_of_evidence_has_its_weight():
     image, _ = draw_ball((0, 0, 800))
     thing = BallDetector("red", "cone", CAMERA).things(image)[0]
-    assert len(thing.evidence) == len(judge.EVIDENCE) == len(judge.WEIGHT) and 8 <= len(judge.EVIDENCE) <= 15
-    assert np.isfinite(thing.evidence).all() and thing.logit == judge.weigh(thing.evidence)
+    assert len(thing.evidence) == len(judge.EVIDENCE) == len(SHIPPED.weight) and 8 <= len(judge.EVIDENCE) <= 15
+    assert np.isfinite(thing.evidence).all() and thing.logit == SHIPPED.logit(thing.evidence)
     said = judge.speaks(thing.evidence)
     assert tuple(said) == ("to begin with", *judge.EVIDENCE)
     assert sum(said.values()) == pytest.approx(thing.logit)
@@ -268,10 +269,10 @@ def test_training_again_gives_the_shipped_weights(monkeypatch):
     monkeypatch.setattr("sys.argv", ["train.py", "fit"])
     written = []
     train.main()
-    again = json.loads(written[0])
-    assert list(again["evidence"]) == list(judge.EVIDENCE) and again["trained_on"] == judge.WEIGHTS["trained_on"]
-    assert again["constant"] == pytest.approx(judge.WEIGHTS["constant"], abs=1e-3)
-    assert np.allclose(list(again["evidence"].values()), judge.TABLE, atol=1e-3)
+    again, shipped = json.loads(written[0]), json.loads(FILE.read_text(encoding="utf-8"))
+    assert list(again["evidence"]) == list(judge.EVIDENCE) and again["trained_on"] == SHIPPED.trained_on
+    assert again["constant"] == pytest.approx(SHIPPED.constant, abs=1e-3)
+    assert np.allclose(list(again["evidence"].values()), list(shipped["evidence"].values()), atol=1e-3)
 
 
 def test_sigma_is_larger_where_the_edge_is_worse():

@@ -81,13 +81,17 @@ def voted(like: np.ndarray, small: np.ndarray, least: float) -> Iterator[Circle]
     edge, toward = np.concatenate(points), np.concatenate(directions)
     radii = np.geomspace(0.9 * least, max(least, 0.3 * min(like.shape)), RADII)
     votes = np.array([_pooled(vote(edge, toward, r, like.shape), r) for r in radii])
+    layers = votes.reshape(RADII, -1)
+    most = layers.argmax(1)  # in each layer; only those that change are searched again
     for _ in range(MOST_CIRCLES):
-        k, v, u = (int(i) for i in np.unravel_index(votes.argmax(), votes.shape))
+        k = int(layers[np.arange(RADII), most].argmax())
+        v, u = divmod(int(most[k]), width)
         if votes[k, v, u] < LEAST_VOTE:
             return
         yield float(u), float(v), float(radii[k])
-        near = int(max(1, 0.25 * radii[k]))
-        votes[max(0, k - 1) : k + 2, max(0, v - near) : v + near + 1, max(0, u - near) : u + near + 1] = 0
+        near, beside_k = int(max(1, 0.25 * radii[k])), slice(max(0, k - 1), k + 2)
+        votes[beside_k, max(0, v - near) : v + near + 1, max(0, u - near) : u + near + 1] = 0
+        most[beside_k] = layers[beside_k].argmax(1)
 
 
 def _pooled(votes, r):

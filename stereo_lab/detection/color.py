@@ -9,6 +9,7 @@ from functools import cache, cached_property
 import cv2
 import numpy as np
 
+from stereo_lab.detection.weights import SHIPPED, Weights
 from stereo_lab.errors import StereoLabError
 
 BINS = 32  # the colour table has BINS steps a channel
@@ -42,16 +43,18 @@ class BallColor:
     ranges : tuple of (lower, upper), each (H, L, S) as in OpenCV
     table : ndarray, shape (32, 32, 32), uint8, indexed by B, G, R divided by 8
     marks : tuple of (number of the picture, u, v, radius_px), of a colour that marked itself
+    weights : Weights, by which a thing of this colour is judged
     """
 
     name: str
     ranges: tuple[tuple[tuple[int, ...], tuple[int, ...]], ...]
     table: np.ndarray = field(repr=False)
     marks: tuple[tuple[int, float, float, float], ...] = ()
+    weights: Weights = field(default=SHIPPED, repr=False)
 
     @classmethod
     def named(cls, name: str) -> BallColor:
-        """One of red, orange, yellow, green, blue, in small letters or capitals.
+        """One of red, orange, yellow, green, blue, in small letters or capitals; or a ball that was learned, by its file's name.
 
         Raises
         ------
@@ -59,8 +62,14 @@ class BallColor:
             For any other name.
         """
         known = str(name).strip().lower()
+        if known.endswith(".json"):
+            from stereo_lab.detection.own import OwnBall
+
+            return OwnBall.load(str(name))
         if known not in HUES:
-            raise StereoLabError(f"There is no colour {name!r}. Choose one of {', '.join(HUES)}.")
+            raise StereoLabError(
+                f"There is no colour {name!r}. Choose one of {', '.join(HUES)}, or the file of a ball that was learned (.json)."
+            )
         ranges = tuple(
             ((low, LIGHTNESS[0], SATURATION[0]), (high, LIGHTNESS[1], SATURATION[1])) for low, high in HUES[known]
         )

@@ -123,7 +123,8 @@ def spread_px(middle_px: float) -> float:
 def _best_of_threes(rays, near, r):
     """Of the cones through three rays, the one that most rays lie on."""
     a, b, c = rays[TURN % len(rays)].transpose(1, 0, 2)
-    normal = np.cross(b - a, c - a)
+    e, f = b - a, c - a
+    normal = e[:, [1, 2, 0]] * f[:, [2, 0, 1]] - e[:, [2, 0, 1]] * f[:, [1, 2, 0]]  # their cross product
     height = (normal * a).sum(1)
     axes = normal / np.where(np.abs(height) < 1e-12, 1e9, height)[:, None]  # two of the three may be the same ray
     tan2 = (axes * axes).sum(1) - 1

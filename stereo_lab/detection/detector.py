@@ -38,7 +38,7 @@ class BallDetector:
 
     Parameters
     ----------
-    color : BallColor, or the name of one
+    color : BallColor, or the name of one, or the file of a ball that was learned (``stereo-lab train``)
     method : "paper" or "cone"
     camera : (matrix 3x3, distortion), optional
         Intrinsics of the camera that took the pictures, for an exact cone; without them a usual webcam's.
@@ -92,7 +92,7 @@ class BallDetector:
         for u, v, r in where.patches(like, where.SURELY, least / step)[:GLANCES]:
             cone = self._quick(image, (u * step, v * step, r * step), "ball")
             if cone is not None and abs(cone.outline_px - r * step) <= (SAME_SIZE * r + SAME_STEP) * step:
-                seen.append(judge(cone, colored))
+                seen.append(judge(cone, colored, self.color.weights))
                 if sureness(seen) >= SURE and not everything:
                     return seen
         step = max(1, round(least / LONG_STEP))
@@ -113,7 +113,7 @@ class BallDetector:
             circle = tuple(step * p for p in place)
             if all(_apart(circle, t.cone.circle) >= 0.1 * t.cone.outline_px for t in found):
                 cone = self._measure(image, circle)
-                found += [] if cone is None else [judge(cone, colored)]
+                found += [] if cone is None else [judge(cone, colored, self.color.weights)]
         return found
 
     def _follow(self, image, near):
@@ -127,7 +127,10 @@ class BallDetector:
         if cone.on >= CERTAIN and near.score * FADES > ASKED:
             return _detection(cone, near.score * FADES)
         belief = min(MOST_BELIEF, max(1 - MOST_BELIEF, near.score))
-        logit = KEPT * math.log(belief / (1 - belief)) + (1 - KEPT) * judge(cone, np.pi * place[2] ** 2).logit
+        logit = (
+            KEPT * math.log(belief / (1 - belief))
+            + (1 - KEPT) * judge(cone, np.pi * place[2] ** 2, self.color.weights).logit
+        )
         return None if logit < 0 else _detection(cone, _probability(logit))
 
     def _patch_near(self, image, near, reach):

@@ -2,34 +2,33 @@
 
 One thing in the picture is the ball, or none is: a conditional logit with "none" among the choices. Each piece of evidence
 has a weight, and each two of them have one together: no shade speaks against a ball, but less so where its edge is clear.
-The weights in ``weights.json`` come from ``data/train``.
+The weights are those that came with the ball's colour: the shipped ones, or learned ones (:mod:`stereo_lab.detection.own`).
 """
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
+import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
 from stereo_lab.detection.cone import ON, ON_PX, Cone
+from stereo_lab.detection.model import Circle
 from stereo_lab.detection.outline import ANGLE, RAYS, RING, SAMPLES
+from stereo_lab.detection.weights import SHIPPED, Weights
 
 PERHAPS = 60  # likeness, of 255: may be the ball's colour
 OUTSIDE = 110  # mean likeness of a ray beyond the rim: the ball's colour goes on there
 ENDS_PX, ENDS = 0.8, 0.08  # px, or of the radius: so near to the cone the colour ends on it
 RIM_PX, RIM = 1.2, 0.06  # so far to both sides of the cone is neither inside nor outside
-MOST = 2.5  # spreads off its mean that a piece of evidence may count
 SAME = 0.5  # of the radius: things nearer than this are one
 LIGHT_LOBES, COLOR_LOBES = 0.2, 0.3  # radii: an edge farther off the rim is another thing's
 FEW_RAYS, USUAL_LOBES = 12, 0.06  # too few clear rays tell no lobes
+MOST_LOGIT = 50.0  # beyond it all is certain, and the odds stay a number
 
-WEIGHTS = json.loads((Path(__file__).parent / "weights.json").read_text(encoding="utf-8"))
-EVIDENCE = tuple(WEIGHTS["evidence"])
-TABLE = np.array(list(WEIGHTS["evidence"].values()))
-(MEAN, SPREAD, WEIGHT), TOGETHER = TABLE[:, :3].T, TABLE[:, 3:]
+EVIDENCE = SHIPPED.names
 
 PARTS = np.sqrt((np.arange(6) + 0.5) / 6) * 0.85
 DISC = (RING[::3, 0, :, None] * PARTS).transpose(1, 0, 2).reshape(2, -1).astype(np.float32)  # places inside, in radii
@@ -46,29 +45,20 @@ class Thing(NamedTuple):
     logit: float
 
 
-def judge(cone: Cone, colored_px: float) -> Thing:
+def judge(cone: Cone, colored_px: float, weights: Weights = SHIPPED) -> Thing:
     """The thing, its evidence taken and weighed; ``colored_px``: pixels of the ball's colour in the whole picture."""
     evidence = evidence_of(cone, colored_px)
-    return Thing(cone, evidence, weigh(evidence))
+    return Thing(cone, evidence, weights.logit(evidence))
 
 
-def weigh(evidence: np.ndarray) -> float:
-    """The logarithm of the odds of a thing against none: each piece of evidence and each two, weighed."""
-    z = _spreads_off(evidence)
-    return float(WEIGHTS["constant"] + z @ (WEIGHT + TOGETHER @ z))
-
-
-def speaks(evidence: np.ndarray) -> dict[str, float]:
+def speaks(evidence: np.ndarray, weights: Weights = SHIPPED) -> dict[str, float]:
     """What each piece of evidence adds to the sum, what it has together with others shared between them. Above zero: for a ball.
 
     Before any evidence a thing is more probably none: that comes first, "to begin with". All together are the logit.
     """
-    z = _spreads_off(evidence)
-    return {"to begin with": WEIGHTS["constant"]} | dict(zip(EVIDENCE, z * (WEIGHT + TOGETHER @ z), strict=True))
-
-
-def _spreads_off(evidence):
-    return np.minimum(np.maximum((evidence - MEAN) / SPREAD, -MOST), MOST)
+    z = weights.spreads_off(evidence)
+    parts = zip(weights.names, z * (weights.weight + weights.together @ z), strict=True)
+    return {"to begin with": weights.constant} | dict(parts)
 
 
 def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
@@ -136,13 +126,19 @@ def _lobes(gaps, clear, most, r):
 
 def ranking(things: list[Thing]) -> list[tuple[Thing, float]]:
     """Each distinct thing with the probability that it, and not another thing or none, is the ball; best first."""
-    distinct: list[Thing] = []
-    for thing in sorted(things, key=lambda t: -t.logit):  # two looks at one thing tell less than looks at two
-        u, v, r = thing.cone.circle
-        if all(np.hypot(u - o.cone.u, v - o.cone.v) >= SAME * max(r, o.cone.outline_px) for o in distinct):
-            distinct.append(thing)
-    odds = np.exp([t.logit for t in distinct])
-    return [(t, float(p)) for t, p in zip(distinct, odds / (1 + odds.sum()), strict=True)]
+    kept, told = distinct([t.cone.circle for t in things], [t.logit for t in things])
+    return [(things[k], float(p)) for k, p in zip(kept, told, strict=True)]
+
+
+def distinct(circles: Sequence[Circle], logits: Sequence[float]) -> tuple[list[int], np.ndarray]:
+    """The numbers of the distinct things, most probable first, and how probable each is: two looks at one tell less than looks at two."""
+    kept: list[int] = []
+    for k in sorted(range(len(circles)), key=lambda k: -logits[k]):
+        u, v, r = circles[k]
+        if all(math.hypot(u - circles[j][0], v - circles[j][1]) >= SAME * max(r, circles[j][2]) for j in kept):
+            kept.append(k)
+    odds = np.exp([min(logits[k], MOST_LOGIT) for k in kept])
+    return kept, odds / (1 + odds.sum())
 
 
 def sureness(things: list[Thing]) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import dataclass
 from importlib.resources import files
 
 PAPERS_TABLE_II = (  # what, dollars, how exact, as the paper prints it
@@ -15,13 +16,39 @@ PAPERS_TABLE_II = (  # what, dollars, how exact, as the paper prints it
 )
 
 
-def cost_usd(part: str) -> float:
-    """What a part of the kit costs, in US dollars, by ``firmware/parts.csv``.
+@dataclass(frozen=True)
+class Part:
+    """One line of ``firmware/parts.csv``.
+
+    Attributes
+    ----------
+    name : str
+    count : int
+    usd_each : float
+    checked : bool, whether the price was looked up at its seller
+    """
+
+    name: str
+    count: int
+    usd_each: float
+    checked: bool
+
+
+def parts_of(what: str) -> list[Part]:
+    """The parts of the kit, by ``firmware/parts.csv``.
 
     Parameters
     ----------
-    part : "eyes" (two cameras), "DC" (the arm with gear motors) or "servo" (the arm with bus servos)
+    what : "eyes" (two cameras), "DC" (the arm with gear motors) or "servo" (the arm with bus servos)
     """
     text = files("stereo_lab.firmware").joinpath("parts.csv").read_text(encoding="utf-8")
-    rows = list(csv.DictReader(text.splitlines()))
-    return sum(float(row["usd_each"]) * float(row["count"]) for row in rows if row["arm"] == part)
+    return [
+        Part(row["part"], int(row["count"]), float(row["usd_each"]), row["checked"] == "yes")
+        for row in csv.DictReader(text.splitlines())
+        if row["arm"] == what
+    ]
+
+
+def cost_usd(what: str) -> float:
+    """What a part of the kit costs, in US dollars; ``what`` as in :func:`parts_of`."""
+    return sum(part.usd_each * part.count for part in parts_of(what))

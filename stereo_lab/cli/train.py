@@ -1,0 +1,68 @@
+"""The command of lesson 09: train."""
+
+from __future__ import annotations
+
+import argparse
+
+from stereo_lab.cli.terminal import OK, Progress, write_json_option
+
+
+def run_train(options: argparse.Namespace) -> int:
+    """Learn a ball from marked pictures, write it, and say how it did on pictures it had not seen. The exit code is OK."""
+    from stereo_lab.common.files import check_target
+    from stereo_lab.common.shares import told
+    from stereo_lab.detection import OwnBall
+    from stereo_lab.detection.weights import SHIPPED
+    from stereo_lab.recording.marks import read_marks, shots_of
+
+    check_target(options.out)
+    marks = read_marks(options.marks) if options.marks else None
+    shots = shots_of(options.recording, options.set_name, marks or ())
+    marks_proposed = marks is None
+    if marks is None:
+        marks = _proposed(options, shots)
+    with Progress() as progress:
+        ball = OwnBall.train(
+            [shots[name] for name in marks], list(marks.values()), options.color if options.by_name else None,
+            None if options.from_nothing else SHIPPED, tuple(marks), str(options.recording) + ", marks proposed" * marks_proposed,
+            progress=lambda done, total: progress("look at the pictures", done, total),
+        )  # fmt: skip
+    ball.save(options.out)
+    facts, judged = ball.trained_on, ball.unseen
+    if options.json != "-":
+        print(
+            f"Learned from {facts['balls']} pictures with the ball and {facts['empty']} without, from {facts['from']}."
+        )
+        if facts["no_outline_at_the_mark"]:
+            print(f"Not learned from: {', '.join(facts['no_outline_at_the_mark'])}. No outline lies at the mark.")
+        print(f"Pictures it had not seen: the ball right in {told(judged['right'], judged['balls'])};")
+        print(f"  something named where no ball is in {told(judged['answered'], judged['empty'])}.")
+        if marks_proposed:
+            print("  These pictures marked themselves: only the easy ones do. Mark some by hand before you trust this.")
+        print(f"  (The last two numbers: between them lies the true share, with 95 %.) {_of_the_test(judged)}".rstrip())
+        print(f"{options.out} is written. Use it: stereo-lab detect IMAGE --color {options.out}")
+    write_json_option(options.json, {"trained_on": facts, "unseen": judged})
+    return OK
+
+
+def _of_the_test(judged):
+    if not judged["pictures_alike"]:
+        return ""
+    return "\nAll pictures look alike, so this test means nothing: mark the ball in other places and other light."
+
+
+def _proposed(options, shots):
+    """The marks that a named colour proposes, told."""
+    from stereo_lab.detection.marked import propose
+    from stereo_lab.recording import is_video, open_recording
+
+    film = options.recording is not None and is_video(options.recording)
+    options.color = options.color or ("red" if film else open_recording(options.recording).ball.color)
+    names = list(shots)
+    marks = {names[k]: circle for k, circle in propose(list(shots.values()), options.color).items()}
+    if options.json != "-":
+        print(f"No marks are given. By the name {options.color} these mark themselves; look at them:")
+        for name, circle in marks.items():
+            place = f"u {circle[0]:.0f}  v {circle[1]:.0f}  radius {circle[2]:.0f} px" if circle else "no ball"
+            print(f"  {name}: {place}")
+    return marks

@@ -1,0 +1,83 @@
+"""What a judge has learned: a table of numbers, in a file that people can read. The shipped one comes from ``data/train``."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stereo_lab.errors import StereoLabError
+
+MOST = 2.5  # spreads off its mean that a piece of evidence may count
+FILE = Path(__file__).parent / "weights.json"
+
+
+@dataclass(frozen=True, eq=False)
+class Weights:
+    """Of each piece of evidence its mean, spread and weight, and the weight of each two together.
+
+    Attributes
+    ----------
+    names : tuple of str, the n pieces of evidence
+    mean, spread, weight : ndarray, shape (n,)
+    together : ndarray, shape (n, n), symmetric
+    constant : float, the logarithm of the odds of a thing against none before any evidence
+    trained_on : str
+    """
+
+    names: tuple[str, ...]
+    mean: np.ndarray
+    spread: np.ndarray
+    weight: np.ndarray
+    together: np.ndarray
+    constant: float
+    trained_on: str = ""
+
+    def spreads_off(self, evidence: np.ndarray) -> np.ndarray:
+        """How many spreads each piece lies off its mean, MOST at most."""
+        return np.minimum(np.maximum((evidence - self.mean) / self.spread, -MOST), MOST)
+
+    def logit(self, evidence: np.ndarray) -> float:
+        """The logarithm of the odds of a thing against none: each piece of evidence and each two, weighed."""
+        z = self.spreads_off(evidence)
+        return float(self.constant + z @ (self.weight + self.together @ z))
+
+    def logits(self, evidence_Nxn: np.ndarray) -> np.ndarray:
+        """The same for a row of evidence each, shape (N,)."""
+        z = self.spreads_off(evidence_Nxn)
+        return self.constant + (z * (self.weight + z @ self.together)).sum(1)
+
+    def text(self) -> str:
+        """As JSON, a line for each piece of evidence: mean, spread, weight, then those with each other."""
+        table = np.column_stack([self.mean, self.spread, self.weight, self.together])
+        rows = zip(self.names, table, strict=True)
+        lines = [f"  {json.dumps(name)}: {[round(float(v), 4) for v in row]}" for name, row in rows]
+        head = json.dumps({"trained_on": self.trained_on, "constant": round(self.constant, 4)})[:-1]
+        return head + ',\n "evidence": {\n' + ",\n".join(lines) + "\n }}\n"
+
+    @classmethod
+    def of(cls, table: dict[str, Any]) -> Weights:
+        """From what :meth:`text` wrote, read as JSON.
+
+        Raises
+        ------
+        StereoLabError
+            If a number is missing or is none, or a spread is not above zero.
+        """
+        try:
+            names = tuple(table["evidence"])
+            rows = np.array([table["evidence"][name] for name in names], float)
+            constant, told = float(table["constant"]), str(table.get("trained_on", ""))
+        except (KeyError, TypeError, ValueError) as error:
+            raise StereoLabError(f"its table of weights cannot be read ({error})") from None
+        if rows.shape != (len(names), 3 + len(names)) or not np.isfinite(rows).all() or not np.isfinite(constant):
+            raise StereoLabError(f"its table of weights is not {len(names)} rows of {3 + len(names)} finite numbers")
+        if not (rows[:, 1] > 0).all():
+            raise StereoLabError("a spread in its table of weights is not above zero")
+        return cls(names, rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3:], constant, told)
+
+
+SHIPPED = Weights.of(json.loads(FILE.read_text(encoding="utf-8")))
