@@ -10,18 +10,24 @@ from collections.abc import Sequence
 from stereo_lab.cli.arm import ARM_ACTIONS, run_arm
 from stereo_lab.cli.capture import run_board, run_cameras, run_check, run_export, run_import, run_record
 from stereo_lab.cli.checks import run_bench, run_test
+from stereo_lab.cli.classroom import run_grade, run_hand_in, run_variant
 from stereo_lab.cli.course import run_progress, run_reset, run_start
+from stereo_lab.cli.instructor import run_export_nbgrader
 from stereo_lab.cli.live import run_live, run_log, run_watch
+from stereo_lab.cli.seats import run_pack, run_places, run_ready, run_unpack, run_wheels
 from stereo_lab.cli.terminal import BAD_INPUT, STOPPED, check_json_option, clear_line, flush_output
+from stereo_lab.cli.train import run_train
 from stereo_lab.cli.vision import run_calibrate, run_demo, run_detect, run_render
 from stereo_lab.errors import StereoLabError
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code 0 (done), 1 (found wanting) or 2 (bad usage or input)."""
-    options = _parser().parse_args(arguments)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy is loaded: see lab.py
     try:
+        words, for_jupyterlab = _parted(list(sys.argv[1:] if arguments is None else arguments))
+        options = _parser().parse_args(words)
+        options.for_jupyterlab = for_jupyterlab
         check_json_option(getattr(options, "json", None))
         code = options.run(options)
         flush_output()
@@ -38,6 +44,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         clear_line()
         print("stereo-lab: stopped; nothing is left half written.", file=sys.stderr)
         return STOPPED
+
+
+def _parted(words):
+    """What stands behind `--` after `start` is for JupyterLab; argparse would mix it up with words of its own."""
+    if words[:1] != ["start"] or "--" not in words:
+        return words, []
+    k = words.index("--")
+    return words[:k], words[k + 1 :]
 
 
 def _in_words(error):
@@ -65,14 +79,89 @@ def _parser():
         "Open the course in JupyterLab, in a folder of your own with a clean copy of each lesson.", "start 03 --name ada",
     )  # fmt: skip
     start.add_argument(
-        "words", nargs="*", metavar="LESSON", help="its number (default: 00); after -- come options for JupyterLab"
+        "lesson",
+        nargs="?",
+        default="00",
+        metavar="LESSON",
+        help="its number (default: 00); after -- come options for JupyterLab",
+    )
+    start.add_argument(
+        "--data", metavar="FOLDER", help="where the recordings lie, if not with the kit (or: $STEREO_LAB_DATA)"
     )
     reset = add("reset", run_reset, "Begin a lesson afresh; what you had is kept beside it.", "reset 03")
     reset.add_argument("lesson", metavar="LESSON", help="its number")
     progress = add("progress", run_progress, "Say how far you are.", "progress")
     _add_recording(progress)
-    for command in (start, reset, progress):
+    ready = add(
+        "ready",
+        run_ready,
+        "Say, in half a minute, whether this computer is fit for the course, and what to do.",
+        "ready",
+    )
+    _add_json(ready)
+    pack = add(
+        "pack",
+        run_pack,
+        "Write your folder, work and progress, into one file, for another computer.",
+        "pack stick/ada.zip",
+    )
+    pack.add_argument("file", nargs="?", metavar="FILE", help="to write (default: the folder's name and the time)")
+    unpack = add(
+        "unpack",
+        run_unpack,
+        "Bring what pack wrote into your folder; what lies there and is different is kept.",
+        "unpack stick/ada.zip",
+    )
+    unpack.add_argument("file", metavar="FILE")
+    wheels = add(
+        "wheels", run_wheels, "Make a folder from which lab.py --offline sets up computers without a network.",
+        "wheels stick/wheels --system windows macos --python 3.12",
+    )  # fmt: skip
+    wheels.add_argument("out", metavar="OUT", help="the folder; what is in it already is not fetched again")
+    wheels.add_argument("--system", nargs="+", metavar="NAME", help="windows, macos, linux, linux-arm (this one)")
+    wheels.add_argument("--python", nargs="+", metavar="3.x", help="the Python of those computers (this one's)")
+    _add_json(wheels)
+    places = add("places", run_places, "Say where lessons, recordings, your work and everything else lies.", "places")
+    _add_json(places)
+    for command in (start, reset, progress, ready, places, pack, unpack):
         command.add_argument("--name", metavar="NAME", help="whose: several people at one computer have a folder each")
+
+    variant = add(
+        "variant", run_variant, "Make a recording for one seat: other boards, balls, lengths and numbers than the neighbour's.", "variant 17",
+    )  # fmt: skip
+    variant.add_argument(
+        "seed", type=int, metavar="SEED", help="the number of the seat; the same one gives the same recording"
+    )
+    variant.add_argument("--out", metavar="DIR", help="a folder to make (default: seat, in the learner's folder)")
+    variant.add_argument("--name", metavar="NAME", help="whose: several people at one computer have a folder each")
+
+    give = add("hand-in", run_hand_in, "Write a lesson as one file for the teacher, under a code name.", "hand-in 02")
+    give.add_argument("lesson", metavar="LESSON", help="its number")
+    give.add_argument(
+        "--with", action="append", default=[], dest="together_with", metavar="CODE", help="the code name of whoever worked on it with you"
+    )  # fmt: skip
+    give.add_argument("--code-name", metavar="CODE", help="yours, if you do not want the one that was made for you")
+    give.add_argument("--out", metavar="DIR", help="where to write the file (default: handed_in, in your folder)")
+    give.add_argument("--name", metavar="NAME", help="whose: several people at one computer have a folder each")
+
+    mark = add(
+        "grade", run_grade, "Run and mark the notebooks that a class has handed in; a table of who passed what.",
+        "grade handed_in --csv class.csv --html class.html",
+    )  # fmt: skip
+    mark.add_argument(
+        "folder", metavar="FOLDER", help="of notebooks, or of a folder for each learner; it is not changed"
+    )
+    mark.add_argument(
+        "--csv", required=True, metavar="FILE",
+        help="the table to write; what a teacher wrote into one that is there is kept. Beside it lies what is finished",
+    )  # fmt: skip
+    mark.add_argument(
+        "--html", metavar="FILE", help="the same as a page, with what was fallen for and what was written"
+    )
+    mark.add_argument("--due", metavar="TIME", help='later is late: a day, or "2026-10-05 12:00"')
+    mark.add_argument("--jobs", type=int, metavar="N", help="notebooks at a time (default: one for each core)")
+    mark.add_argument("--recording", metavar="REC", help="what the class worked on (default: as for demo)")
+    _add_json(mark)
 
     demo = add(
         "demo",
@@ -113,10 +202,34 @@ def _parser():
         "--learn", action="store_true", help="let the surest balls of that colour mark themselves, and learn from them"
     )
     colors = detect.add_mutually_exclusive_group()
-    colors.add_argument("--color", default="red", help="red, orange, yellow, green or blue (default: %(default)s)")
+    colors.add_argument(
+        "--color",
+        default="red",
+        help="red, orange, yellow, green, blue, or a file that train wrote (default: %(default)s)",
+    )
     colors.add_argument("--color-from", metavar="CSV", help="learn the colour from marked balls: file,u,v,radius_px")
     detect.add_argument("--method", choices=("paper", "cone"), default="cone")
     _add_json(detect)
+
+    train = add(
+        "train", run_train, "Learn a ball of your own from pictures in which it is marked, and say how it does on others.",
+        "train clutter --out ball.json",
+    )  # fmt: skip
+    _add_recording(train)
+    train.add_argument("--out", required=True, metavar="FILE", help="the ball to write (.json); --color FILE uses it")
+    train.add_argument(
+        "--marks", metavar="CSV", help="picture,u,v,radius_px, from the panel of lesson 09; u empty: no ball (default: proposed)"
+    )  # fmt: skip
+    train.add_argument(
+        "--set", dest="set_name", metavar="SET", help="of the recording (default: the first that shows balls)"
+    )
+    train.add_argument(
+        "--color", metavar="NAME", help="whose surest balls mark themselves (default: that of the recording)"
+    )
+    train.add_argument(
+        "--by-name", action="store_true", help="keep that colour; else it is learned from the marks as well"
+    )
+    train.add_argument("--from-nothing", action="store_true", help="learn without what the shipped weights know")
 
     bring = add(
         "import", run_import, "Make a recording from board pictures you have, or take over a calibration made elsewhere.",
@@ -270,6 +383,7 @@ def _parser():
     live.add_argument(
         "--recording", metavar="REC", help="for cameras: the recording that was taken with them (default: as for demo)"
     )
+    live.add_argument("--color", metavar="NAME", help="a colour, or a file that train wrote (default: the recording's)")
     live.add_argument("--rate", type=float, default=30.0, metavar="HZ", help="pairs a second (default: %(default)g)")
     live.add_argument(
         "--arm", metavar="URL", help="follow the ball with this arm: virtual://arm, COM3, /dev/ttyUSB0, …"
@@ -302,6 +416,12 @@ def _parser():
         "bench --json bench.json",
     )  # fmt: skip
     _add_recording(bench)
+
+    hand_out = add(
+        "export-nbgrader", run_export_nbgrader, "Write the course as assignments of nbgrader (its use needs the extra: instructor).",
+        "export-nbgrader course",
+    )  # fmt: skip
+    hand_out.add_argument("out", metavar="OUT", help="folder to make: nbgrader's course folder")
 
     test = add("test", run_test, "Run the tests: package and notebooks.", "test")
     test.add_argument("--all", action="store_true", help="everything that continuous integration runs")

@@ -15,11 +15,14 @@ from stereo_lab.errors import StereoLabError
 
 def run_start(options: argparse.Namespace) -> int:
     """Lay out the learner's folder and open a lesson in JupyterLab. The exit code is OK, or what JupyterLab ends with."""
-    from stereo_lab.work import find, lay_out
+    from stereo_lab.recording.places import DATA, PACKAGE, check_shelves
+    from stereo_lab.work import SEAT, find, lay_out, seat_of
 
-    lessons, folder = _lessons(), _folder(options.name)
-    number, more = _lesson_and_options(options.words)
-    lesson = find(lessons, number)
+    if options.data is not None:
+        os.environ[DATA] = os.path.abspath(options.data)  # for the kernels, and for what this one looks for
+    check_shelves()
+    lessons, folder = _lessons(), work_folder(options.name)
+    lesson = find(lessons, options.lesson)
     made, older = lay_out(lessons, folder)
     print(f"Your lessons lie in {folder}" + (": they stay yours, and no newer kit writes over them." if made else "."))
     for name in older:
@@ -27,10 +30,13 @@ def run_start(options: argparse.Namespace) -> int:
     # An empty home has no list of fonts yet; made now, the first figure need not wait for it.
     fonts = subprocess.Popen([sys.executable, "-c", "import matplotlib.font_manager"], stderr=subprocess.DEVNULL)
     environment = {**os.environ, "STEREO_LAB_WORK": str(folder)}
+    if seat_of(folder) is not None:
+        environment.setdefault("STEREO_LAB_RECORDING", str(folder / SEAT))
     command = [sys.executable, "-m", "jupyterlab", str(folder / lesson.name), f"--ServerApp.root_dir={folder}"]
+    command.append(f"--LabApp.extra_labextensions_path={PACKAGE / 'widgets' / 'page'}")
     # A class at work is asked nothing and nothing is fetched.
     command += ["--LabApp.news_url=None", "--LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate"]
-    with subprocess.Popen(command + more, env=environment) as lab, fonts:
+    with subprocess.Popen(command + options.for_jupyterlab, env=environment) as lab, fonts:
         while True:
             try:
                 return lab.wait()
@@ -42,17 +48,20 @@ def run_reset(options: argparse.Namespace) -> int:
     """Lay a fresh copy of a lesson into the learner's folder and keep the old one. The exit code is OK."""
     from stereo_lab.work import reset
 
-    fresh, kept = reset(_lessons(), _folder(options.name), options.lesson)
-    print(f"{fresh.name} is as new." + (f" What you had is now {kept.name}." if kept else ""))
+    fresh, kept = reset(_lessons(), work_folder(options.name), options.lesson)
+    print(f"{fresh} is as new." + (f" What you had is now {kept.name}." if kept else ""))
     return OK
 
 
 def run_progress(options: argparse.Namespace) -> int:
     """Print how many questions of each lesson are passed. The exit code is OK."""
-    os.environ["STEREO_LAB_WORK"] = str(_folder(options.name))
+    os.environ["STEREO_LAB_WORK"] = str(work_folder(options.name))
     from stereo_lab.exercises import LESSONS, progress, questions
     from stereo_lab.recording import open_recording
 
+    folder = work_folder(options.name)
+    if not folder.is_dir() and options.json != "-":
+        print(f"There is no work in {folder} yet. Name whose it is with --name, or begin with: {me()} start")
     recording, known, table = open_recording(options.recording), progress.load(), {}
     for lesson in LESSONS:
         asked = [q.number for q in questions(lesson, recording)]
@@ -62,31 +71,25 @@ def run_progress(options: argparse.Namespace) -> int:
             left = ", ".join(f"{int(lesson)}.{k}" for k in asked if k not in passed)
             hint = f"   open: {left}" if passed and left else ""
             print(f"lesson {lesson}  {'#' * len(passed):8s} {len(passed)} of {len(asked)}{hint}")
-    write_json_option(options.json, {"folder": str(_folder(options.name)), "lessons": table})
+    write_json_option(options.json, {"folder": str(folder), "lessons": table})
     return OK
-
-
-def _lesson_and_options(words):
-    """The number of a lesson, 00 where none is named, and what is meant for JupyterLab: all from the first - on."""
-    if not words or words[0].startswith("-"):
-        return "00", words
-    return words[0], words[1:]
 
 
 def _lessons() -> Path:
     """Where the kit's own notebooks are."""
-    from stereo_lab.recording import REPOSITORY
+    from stereo_lab.recording.places import course
 
-    return REPOSITORY / "notebooks"
+    return course() / "notebooks"
 
 
-def _folder(name: str | None) -> Path:
+def work_folder(name: str | None) -> Path:
     """The work folder: beside lab.py, or in the home where nobody may write there; one for each name."""
     if name is not None and not re.fullmatch(r"[\w.-]{1,40}", name):
         raise StereoLabError(f"A name of letters, figures, - and _ is expected after --name, got {name!r}.")
     if name is None and os.environ.get("STEREO_LAB_WORK"):
         return Path(os.environ["STEREO_LAB_WORK"]).absolute()
-    from stereo_lab.recording import REPOSITORY
+    from stereo_lab.recording.places import REPOSITORY, is_repository
 
     whose = "work" + (f"-{name}" if name else "")
-    return REPOSITORY / whose if os.access(REPOSITORY, os.W_OK) else Path.home() / "stereo_lab" / whose
+    beside = is_repository() and os.access(REPOSITORY, os.W_OK)
+    return REPOSITORY / whose if beside else Path.home() / "stereo_lab" / whose

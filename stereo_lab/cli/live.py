@@ -31,7 +31,7 @@ def run_live(options: argparse.Namespace) -> int:
     with contextlib.ExitStack() as stack:
         source = stack.enter_context(open_source(options.source, rate_hz=options.rate))
         recording = getattr(source, "recording", None) or open_recording(options.recording)
-        localizer = Localizer.fit(recording)
+        localizer = Localizer.fit(recording, color=options.color)
         arm = None if options.arm is None else stack.enter_context(_arm(options.arm, recording))
         move_on = _set_the_stage(source, arm, options.touch)
         sinks = _sinks(options, source, recording, localizer, stack)

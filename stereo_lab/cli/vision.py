@@ -160,8 +160,10 @@ def _color_from(path):
 
 def run_render(options: argparse.Namespace) -> int:
     """Render a recording by a rig of ``data/render``. The exit code is OK."""
-    from stereo_lab.recording import REPOSITORY
+    from stereo_lab.recording.places import REPOSITORY, is_repository
 
+    if not is_repository():
+        raise StereoLabError("The renderer comes with the kit's own folder, not with an installed package.")
     folder = REPOSITORY / "data" / "render"
     rigs = sorted(p.stem for p in (folder / "rigs").glob("*.json"))
     if options.name not in rigs and not Path(options.name).is_file():

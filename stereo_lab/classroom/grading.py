@@ -1,0 +1,300 @@
+"""Grading a class: a folder of notebooks in, a row for each learner and lesson out."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import tempfile
+import threading
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import psutil
+
+import stereo_lab
+from stereo_lab.classroom.examiner import Examiner
+from stereo_lab.classroom.line import Limits
+from stereo_lab.classroom.marks import Mark, Row
+from stereo_lab.classroom.papers import Cell, Paper, kit_cells, latest, papers_in, with_what_is_missing, written
+from stereo_lab.classroom.room import BUBBLEWRAP, NAMESPACE, NOTHING, PACKAGE, Room, build_room
+from stereo_lab.classroom.store import Store
+from stereo_lab.classroom.table import Marks
+from stereo_lab.classroom.variants import BASES, make_variant
+from stereo_lab.errors import StereoLabError
+from stereo_lab.exercises import questions
+from stereo_lab.exercises.answers import NOT_ATTEMPTED, NOT_YET, PASS
+from stereo_lab.exercises.question import Question
+from stereo_lab.recording import Recording
+from stereo_lab.recording.places import course
+
+LESSONS = course() / "notebooks"
+TIMES = 3  # so many times as long as the reference a notebook may take
+LEAST = Limits(cell=10.0, whole=30.0)  # and never less than this, seconds
+FIRST_RUN = Limits(cell=240.0, whole=900.0)  # of the reference itself
+MOST_STOPS = 5  # cells of a notebook of which the table tells what they stopped with
+SOURCE = re.compile(r"""^source_name = "([^"]*)\"""", re.MULTILINE)
+CHECK = re.compile(r"\bq(\d{1,2})\.check\(")
+HOW = {
+    BUBBLEWRAP: "Each notebook ran by itself, shut in by bubblewrap: without network, and with no files but the kit.",
+    NAMESPACE: "Each notebook ran by itself and without network. bubblewrap is not to be had here, so it could read this computer's files.",
+    NOTHING: "Each notebook ran by itself. This system cannot keep it from the network or from this computer's files: grade what "
+    "strangers hand in on Linux with bubblewrap.",
+}
+
+
+@dataclass(frozen=True)
+class Graded:
+    """What comes out.
+
+    Attributes
+    ----------
+    rows : list of Row, by learner and lesson
+    how : str, what the notebooks were kept from
+    run : int, notebooks that were run now; the others had been run before
+    """
+
+    rows: list[Row]
+    how: str
+    run: int
+
+
+def grade(
+    folder: Path,
+    recording: Recording,
+    kept: Path,
+    teacher: Callable[[], Marks] = dict,
+    due: str = "",
+    cores: int | None = None,
+    progress: Callable[[str, int, int], None] = lambda *_: None,
+) -> Graded:
+    """Run and mark all notebooks of a folder, the latest of each learner and lesson.
+
+    Parameters
+    ----------
+    folder : Path, of notebooks; never written to
+    recording : Recording, that of the class
+    kept : Path
+        A JSON file in which finished rows are kept: what is stopped goes on there, and what has not changed is not run again.
+    teacher : callable, gives a teacher's marks as :func:`read_teacher` does; asked last, for a class takes minutes
+    due : str, such as "2026-10-05 12:00"; later is late
+    cores : int, optional, notebooks at a time; without it, one for each core
+    progress : callable, gets (what, done, all)
+
+    Raises
+    ------
+    StereoLabError
+        If there is nothing to grade, the kit's own solutions do not pass on the recording, or the disk is full.
+    """
+    found = latest(papers_in(folder))
+    store = Store(kept)
+    store.save()  # a folder that cannot be written to is told before minutes of work
+    papers = list({(p.file, p.lesson): p for p, *_ in found.values()}.values())
+    desk = _Examiners(recording, store)
+    waiting = [p for p in papers if not p.trouble and desk.key(p) not in store.rows]
+    if waiting:
+        with tempfile.TemporaryDirectory(prefix="stereo_lab_") as rooms:
+            desk.open(Path(rooms), waiting, progress)
+            _run_all(desk, waiting, store, cores or _cores(), progress)
+    store.remember(teacher())
+    rows = [_row(learner, lesson, given, desk, store, due) for (learner, lesson), given in found.items()]
+    return Graded(rows, HOW[store.how], len(waiting))
+
+
+def _run_all(desk, waiting, store, cores, progress):
+    """Several at a time; what is finished is kept at once."""
+    pool = ThreadPoolExecutor(min(cores, len(waiting)))
+    try:
+        futures = {pool.submit(desk.examine, paper): paper for paper in waiting}
+        for done, future in enumerate(as_completed(futures), 1):
+            paper = futures[future]
+            store.keep(desk.key(paper), future.result())
+            progress(paper.file, done, len(waiting))
+    finally:
+        desk.halt.set()
+        pool.shutdown(cancel_futures=True)
+
+
+class _Examiners:
+    """An examiner for each lesson and seat, and what it needs of the kit."""
+
+    def __init__(self, recording: Recording, store: Store) -> None:
+        self.recording, self.store, self.halt = recording, store, threading.Event()
+        self._asked: dict[tuple[str, int | None], tuple[Question, ...]] = {}
+        self._seats: dict[int | None, Recording] = {None: recording}
+        self._lock = threading.RLock()
+        self._edition: dict[str, str] = {}
+        self._folder, self._room = Path(), Room(Path(), NOTHING)
+        self._limits: dict[tuple[str, str], Limits] = {}
+
+    def asked(self, lesson: str, seat: int | None = None) -> tuple[Question, ...]:
+        """The questions of a lesson, worked out once for each seat."""
+        with self._lock:
+            if (lesson, seat) not in self._asked:
+                self._asked[lesson, seat] = questions(lesson, self._recording(seat))
+            return self._asked[lesson, seat]
+
+    def key(self, paper: Paper) -> str:
+        """What a finished row is kept under: it holds as long as notebook, recording and kit are the same."""
+        return f"{paper.digest}/{paper.lesson}/{paper.seat}/{self.edition(paper.lesson)}"
+
+    def edition(self, lesson: str) -> str:
+        """A lesson of this kit on this recording."""
+        if lesson not in self._edition:
+            files = [*sorted((PACKAGE / "exercises").glob("*.py")), *sorted((PACKAGE / "classroom").glob("*.py"))]
+            files += [*LESSONS.glob(f"{lesson}_*.ipynb"), self.recording.path / "recording.json"]
+            whole = hashlib.sha256(f"{stereo_lab.__version__} {self.recording.path}".encode())
+            for file in files:
+                whole.update(file.read_bytes())
+            self._edition[lesson] = whole.hexdigest()[:16]
+        return self._edition[lesson]
+
+    def open(self, folder: Path, papers: Iterable[Paper], progress: Callable[[str, int, int], None]) -> None:
+        """Lay out the room, and see for each lesson that the reference passes and how long it takes."""
+        self._folder, self._room = folder, build_room(folder)
+        self.store.how = self._room.shut_by
+        first: dict[tuple[str, str], int | None] = {}
+        for paper in papers:
+            first.setdefault((paper.lesson, self._base(paper.seat)), paper.seat)
+        for (lesson, base), seat in sorted(first.items(), key=lambda item: item[0]):
+            progress(f"the kit's own solutions of lesson {lesson}", 0, 1)
+            kept = f"{self.edition(lesson)}/{base}"
+            limits = self.store.limits(kept)
+            if limits is None:
+                limits = _limits(self._examiner(lesson, seat, FIRST_RUN), self.asked(lesson, seat), seat)
+                self.store.keep_limits(kept, limits)
+            self._limits[lesson, base] = limits
+
+    def examine(self, paper: Paper) -> Row:
+        """The row of one notebook, without its learner; what nobody has foreseen costs no other row."""
+        try:
+            return self._examined(paper)
+        except StereoLabError:  # nothing that another notebook would not run into as well
+            raise
+        except Exception as error:
+            why = f"the grading itself stumbled over it ({type(error).__name__}). Look at it, and write your marks into the table"
+            blank = tuple(Mark(NOT_ATTEMPTED) for _ in self.asked(paper.lesson))
+            return Row("", paper.lesson, paper.file, "", blank, (why,))
+
+    def _examined(self, paper):
+        kit = kit_cells(LESSONS, paper.lesson, paper.seat)
+        text = tuple(written(paper.cells, kit))
+        if not any(".check(" in source for source in paper.code):
+            blank = tuple(Mark(NOT_ATTEMPTED) for _ in self.asked(paper.lesson))
+            return Row("", paper.lesson, paper.file, "", blank, ("there is no question in it",), text)
+        code, put_back = with_what_is_missing(paper.cells, kit)
+        examiner = self._examiner(paper.lesson, paper.seat, self._limits[paper.lesson, self._base(paper.seat)])
+        heard = examiner.examine(code, int(paper.digest[:12], 16))
+        if self.halt.is_set():
+            raise StereoLabError("Grading was stopped.")
+        marks = _marks(paper, code, heard, len(self.asked(paper.lesson)))
+        notes = [f"seat {paper.seat}"] if paper.seat is not None else []
+        notes += [f"{put_back} of the kit's cells were put back"] if put_back else []
+        notes += _stops(heard.stopped)
+        notes += [heard.ended] if heard.ended and heard.ended_in is None else []
+        return Row("", paper.lesson, paper.file, "", marks, tuple(notes), text)
+
+    def _examiner(self, lesson, seat, limits):
+        recording = self._recording(seat).path
+        own = None if recording == (course() / "data" / "bench").resolve() else recording
+        asked = partial(self.asked, seat=seat)
+        return Examiner(self._room, lesson, asked, limits, own, self.halt, source_of(kit_cells(LESSONS, lesson)))
+
+    def _recording(self, seat):
+        """The recording of a seat, made when it is asked for."""
+        with self._lock:
+            if seat not in self._seats:
+                self._seats[seat] = make_variant(seat, self._folder / "seats" / str(seat))
+            return self._seats[seat]
+
+    def _base(self, seat):
+        """What decides how long a lesson takes: which pictures a recording has."""
+        return self.recording.name if seat is None else BASES[seat % len(BASES)]
+
+
+def _limits(examiner, asked, seat):
+    """Time limits from a run of the kit's own solutions, which must pass."""
+    heard = examiner.examine(solved(examiner.lesson, asked, seat), 0)
+    wrong = [q.name for q in asked if q.number not in heard.answers or heard.answers[q.number].verdict.status != PASS]
+    if wrong and not examiner.halt.is_set():
+        stopped = "; ".join(f"cell {k + 1}: {why}" for k, why in sorted(heard.stopped.items()))
+        raise StereoLabError(
+            f"The kit's own solutions of lesson {examiner.lesson} do not pass here ({', '.join(wrong)}). "
+            f"{heard.ended or stopped or 'Look at the recording with: stereo-lab check'}"
+        )
+    return Limits(max(LEAST.cell, TIMES * max(heard.seconds)), max(LEAST.whole, TIMES * sum(heard.seconds)))
+
+
+def solved(lesson: str, asked: tuple[Question, ...], seat: int | None = None) -> list[str]:
+    """The code of the kit's own notebook of a lesson, with the solutions in the place of the blanks."""
+    cells = []
+    for cell in kit_cells(LESSONS, lesson, seat):
+        found = CHECK.search(cell.source) if cell.code else None
+        source = f"{asked[int(found.group(1)) - 1].code}\n{cell.source[found.start() :]}" if found else cell.source
+        cells += [source] if cell.code else []
+    return cells
+
+
+def source_of(kit: tuple[Cell, ...]) -> str:
+    """Where the kit's own notebook takes live pictures from; "" where it takes none."""
+    found = (SOURCE.search(cell.source) for cell in kit if cell.code)
+    return next((named.group(1) for named in found if named), "")
+
+
+def _marks(paper, code, heard, count):
+    """A mark for each question; one that was never heard of, though its cell is there, says what stopped it."""
+    marks = []
+    for number in range(1, count + 1):
+        answer, cells = heard.answers.get(number), [k for k, source in enumerate(code) if f"q{number}.check(" in source]
+        told = _help(heard, paper.help.get(number, {}), number)
+        if answer is None or (answer.verdict.status == NOT_ATTEMPTED and any(k in heard.stopped for k in cells)):
+            stopped = [heard.stopped[k] for k in cells if k in heard.stopped]
+            why = f"its cell stops: {stopped[-1]}" if stopped else ""
+            marks.append(Mark(NOT_YET if stopped else NOT_ATTEMPTED, why, told))
+            continue
+        several = f"{answer.given} answers were given, the last one counts" if answer.given > 1 else ""
+        why = answer.verdict.text if answer.verdict.status == NOT_YET else ""
+        marks.append(Mark(answer.verdict.status, why, ", ".join(filter(None, (told, several)))))
+    return tuple(marks)
+
+
+def _stops(stopped):
+    """What cells stopped with, of the first few."""
+    told = [f"{why} (cell {k + 1})" for k, why in sorted(stopped.items())]
+    more = len(told) - MOST_STOPS
+    return told[:MOST_STOPS] + ([f"{more} more cells stop"] if more > 0 else [])
+
+
+def _help(heard, noted, number):
+    """Hints and solutions that were used, as the notebook calls them now or the learner's computer has noted."""
+    used = {what: max(heard.help.get((number, what), 0), noted.get(what, 0)) for what in ("hint", "solution")}
+    hints = f"{used['hint']} hint{'s' * (used['hint'] > 1)}" if used["hint"] else ""
+    return ", ".join(filter(None, (hints, "solution seen" if used["solution"] else "")))
+
+
+def _row(learner, lesson, given, desk, store, due):
+    """One learner's row: the latest that was handed in, and what there is to say of it."""
+    paper = given[0]
+    notes = [paper.trouble] if paper.trouble else []
+    if len(given) > 1:
+        notes.append(f"handed in {len(given)} times, the latest counts")
+    if due and paper.handed_in[: len(due)] > due:
+        notes.append("late")
+    if len(paper.learners) > 1:
+        notes.append("together with " + ", ".join(other for other in paper.learners if other != learner))
+    if paper.trouble:
+        blank = tuple(Mark(NOT_ATTEMPTED) for _ in desk.asked(lesson)) if lesson else ()
+        row = Row(learner, lesson, paper.file, paper.handed_in, blank, tuple(notes))
+    else:
+        run = store.row(desk.key(paper))
+        row = Row(learner, lesson, paper.file, paper.handed_in, run.marks, (*notes, *run.notes), run.written)
+    return row.marked_by(store.teacher(learner, lesson))
+
+
+def _cores():
+    """How many notebooks run at a time: one for each core that this program may use, as far as memory goes."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return max(1, min(cores, int(psutil.virtual_memory().available / 700_000_000)))

@@ -1,0 +1,137 @@
+"""Handing in: one file under a code name, with what was written and nothing else of the learner's."""
+
+from __future__ import annotations
+
+import json
+import re
+import secrets
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from stereo_lab.classroom.papers import KEY, WHEN
+from stereo_lab.common.files import read_json, read_text, write_json, write_whole
+from stereo_lab.errors import StereoLabError
+from stereo_lab.exercises.progress import help_taken
+from stereo_lab.work import MARK, clean, find, seat_of
+
+FILE = "code_name.json"
+FIRST = "amber brave calm clever eager fair gentle green happy keen kind lucky merry mild neat proud quick quiet rapid silver sunny swift tidy warm"
+SECOND = "badger beaver crane dolphin eagle falcon finch fox gull hare heron ibis lark lynx marten mole otter owl panda puffin robin seal stork tern"
+
+
+@dataclass(frozen=True)
+class HandedIn:
+    """What was written.
+
+    Attributes
+    ----------
+    path : Path
+    learners : tuple of str, code names
+    saved : str, when the notebook was last saved
+    answered : int, questions whose blank is filled
+    questions : int
+    """
+
+    path: Path
+    learners: tuple[str, ...]
+    saved: str
+    answered: int
+    questions: int
+
+
+def code_name(folder: Path, chosen: str | None = None) -> str:
+    """The code name of a work folder; it is made once, by chance, or is the one that somebody chooses.
+
+    Two learners of one name would be one row. Of half a million names, two of thirty learners get the same in one class of a thousand.
+
+    Raises
+    ------
+    StereoLabError
+        If the chosen one is no name of letters, figures and -, or cannot be written down.
+    """
+    path = folder / FILE
+    if chosen is None and path.exists():
+        known = read_json(path).get("code_name")
+        if isinstance(known, str) and _is_name(known):
+            return known
+    name = chosen or f"{secrets.choice(FIRST.split())}-{secrets.choice(SECOND.split())}-{secrets.randbelow(900) + 100}"
+    write_json(path, {"code_name": _name(name)})
+    return name
+
+
+def hand_in(
+    lessons: Path, folder: Path, lesson: str, out: Path, others: Sequence[str] = (), chosen: str | None = None
+) -> HandedIn:
+    """Write one lesson of a work folder as a file for the teacher.
+
+    Outputs and whatever else an editor wrote into the notebook stay here: they may tell whose computer it is.
+
+    Parameters
+    ----------
+    lessons : Path, the kit's own notebooks
+    folder : Path, the work folder
+    lesson : str, such as "02"
+    out : Path, the folder to write into
+    others : sequence of str, the code names of those who worked on it as well
+    chosen : str, optional, a code name instead of the folder's own
+
+    Raises
+    ------
+    StereoLabError
+        If there is no such lesson, it has not been begun in this folder or cannot be read, or a name is none.
+    """
+    source = folder / find(lessons, lesson).name
+    if not source.is_file() or not (folder / MARK).is_file():
+        raise StereoLabError(
+            f"Lesson {lesson} is not in {folder}. Name whose it is with --name, or begin it first with start {lesson}."
+        )
+    number = source.name[:2]
+    names = tuple(dict.fromkeys((code_name(folder, chosen), *map(_name, others))))
+    now = time.localtime()
+    content = _content(source)
+    told: dict[str, Any] = {"lesson": number, "learners": list(names), "handed_in": time.strftime(WHEN, now)}
+    told["help"] = help_taken(folder).get(number, {})
+    told["seat"] = seat_of(folder)
+    content["metadata"] = {"kernelspec": content["metadata"].get("kernelspec", {}), KEY: told}
+    path = out / f"{number}_{'_'.join(names)}_{time.strftime('%Y-%m-%d_%H-%M-%S', now)}.ipynb"
+    write_whole(path, json.dumps(content, indent=1, ensure_ascii=False) + "\n")
+    code = [cell["source"] for cell in content["cells"] if cell["cell_type"] == "code" and ".check(" in cell["source"]]
+    saved = time.strftime("%H:%M", time.localtime(source.stat().st_mtime))
+    return HandedIn(path, names, saved, sum("____" not in lines for lines in code), len(code))
+
+
+def _content(source):
+    """The cells as they were written, without outputs and without what editors add."""
+    try:
+        notebook = clean(json.loads(read_text(source)))
+        cells = [_cell(cell) for cell in notebook["cells"]]
+        return {"cells": cells, "metadata": dict(notebook.get("metadata", {})), "nbformat": 4, "nbformat_minor": 5}
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        raise StereoLabError(
+            f"{source} cannot be read as a notebook. Open it in JupyterLab and save it, or: stereo-lab reset {source.name[:2]}"
+        ) from None
+
+
+def _cell(cell):
+    source = cell["source"]
+    kept = {
+        "cell_type": cell["cell_type"],
+        "metadata": {},
+        "source": source if isinstance(source, str) else "".join(source),
+    }
+    if "id" in cell:
+        kept["id"] = cell["id"]
+    return {**kept, "outputs": [], "execution_count": None} if cell["cell_type"] == "code" else kept
+
+
+def _is_name(name):
+    return bool(re.fullmatch(r"[A-Za-z0-9-]{1,40}", name))
+
+
+def _name(name):
+    if not _is_name(name):
+        raise StereoLabError(f"A code name of letters, figures and - is expected, got {name!r}.")
+    return name

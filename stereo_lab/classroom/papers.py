@@ -1,0 +1,238 @@
+"""What was handed in: notebooks, as they come. Nothing in them is trusted, and nothing of them is run here."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import time
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from stereo_lab.classroom.wire import legible
+from stereo_lab.common.files import read_bytes
+from stereo_lab.errors import StereoLabError
+from stereo_lab.exercises import LESSONS
+from stereo_lab.exercises.seats import reworded
+from stereo_lab.recording.places import course
+from stereo_lab.work import find
+
+LARGEST = 60_000_000  # bytes; with all its figures a lesson has a tenth
+MOST_CELLS = 1_000
+LAST_SEAT = 9_999
+LONGEST_WORDS = 5_000  # letters of what a learner wrote between the cells
+WHEN = "%Y-%m-%d %H:%M:%S"
+KEY = "stereo_lab_hand_in"  # in a notebook's metadata
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A cell of a notebook.
+
+    Attributes
+    ----------
+    id : str, "" where it has none
+    code : bool
+    source : str
+    """
+
+    id: str
+    code: bool
+    source: str
+
+
+@dataclass(frozen=True)
+class Paper:
+    """One notebook that was handed in.
+
+    Attributes
+    ----------
+    file : str, its path in the folder
+    learners : tuple of str, whose it is: code names, or what its folder or its file is called
+    lesson : str, "" where that cannot be told
+    handed_in : str, when
+    cells : tuple of Cell
+    seat : int or None, of the learner's own recording
+    help : dict, hints and solutions by the question's number, as the learner's computer noted them
+    digest : str
+    trouble : str, why it cannot be run; "" where it can
+    """
+
+    file: str
+    learners: tuple[str, ...]
+    lesson: str
+    handed_in: str
+    cells: tuple[Cell, ...] = ()
+    seat: int | None = None
+    help: dict[int, dict[str, int]] = field(default_factory=dict)
+    digest: str = ""
+    trouble: str = ""
+
+    @property
+    def code(self) -> list[str]:
+        """The lines of its code cells."""
+        return [cell.source for cell in self.cells if cell.code]
+
+
+def papers_in(folder: Path) -> list[Paper]:
+    """All notebooks in a folder and the folders in it, by name.
+
+    Raises
+    ------
+    StereoLabError
+        If there is no such folder, or no notebook in it.
+    """
+    if not folder.is_dir():
+        raise StereoLabError(f"Expected a folder of notebooks, and {folder} is none.")
+    files = sorted(path for path in folder.rglob("*.ipynb") if ".ipynb_checkpoints" not in path.parts)
+    if not files:
+        raise StereoLabError(f"There is no notebook (.ipynb) in {folder}. Collect what was handed in there first.")
+    return [read_paper(path, folder) for path in files]
+
+
+def read_paper(path: Path, folder: Path) -> Paper:
+    """One notebook; where it cannot be read, a paper that says why."""
+    file = legible(path.relative_to(folder).as_posix())
+    lesson, learner = _by_name(path, folder)
+    learner = legible(learner)
+    try:
+        when = time.strftime(WHEN, time.localtime(path.stat().st_mtime))
+        content = read_bytes(path, LARGEST)
+    except (StereoLabError, OSError) as error:
+        return Paper(file, (learner,), lesson, "", trouble=str(error))
+    digest = hashlib.sha256(content).hexdigest()
+    try:
+        notebook = json.loads(content.decode("utf-8-sig"))
+        cells = tuple(_cell(cell) for cell in notebook["cells"][:MOST_CELLS])
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return Paper(file, (learner,), lesson, when, digest=digest, trouble="it is no notebook that can be read")
+    told = _told(notebook)
+    lesson = told.get("lesson") or lesson or _by_code(cells)
+    trouble = (
+        "" if lesson else f"it cannot be told which lesson this is. Begin its name with {LESSONS[0]}_ to {LESSONS[-1]}_"
+    )
+    return Paper(
+        file, told.get("learners") or (learner,), lesson, told.get("handed_in") or when, cells,
+        told.get("seat"), told.get("help", {}), digest, trouble,
+    )  # fmt: skip
+
+
+def latest(papers: list[Paper]) -> dict[tuple[str, str], list[Paper]]:
+    """For each learner and lesson what was handed in, the latest first."""
+    found: dict[tuple[str, str], list[Paper]] = {}
+    for paper in papers:
+        for learner in paper.learners:
+            found.setdefault((learner, paper.lesson), []).append(paper)
+    for handed_in in found.values():
+        handed_in.sort(key=lambda paper: (paper.handed_in, paper.file), reverse=True)
+    return dict(sorted(found.items()))
+
+
+def kit_cells(lessons: Path, lesson: str, seat: int | None = None) -> tuple[Cell, ...]:
+    """The cells of the kit's own notebook of a lesson, with the numbers of a seat."""
+    notebook = json.loads(read_bytes(find(lessons, lesson)).decode("utf-8"))
+    cells = (_cell(cell) for cell in notebook["cells"])
+    return tuple(replace(cell, source=reworded(cell.source, seat)) for cell in cells)
+
+
+def with_what_is_missing(cells: tuple[Cell, ...], kit: tuple[Cell, ...]) -> tuple[list[str], int]:
+    """The code of a notebook, and in it the kit's cells that somebody deleted; not those with a question in them.
+
+    Parameters
+    ----------
+    cells, kit : tuple of Cell
+
+    Returns
+    -------
+    code : list of str
+    count : int, how many were put back
+    """
+    lines = {line.strip() for cell in cells if cell.code for line in cell.source.splitlines()}
+    here = {cell.id for cell in cells if cell.code and cell.id}
+    code = [(cell.id, cell.source) for cell in cells if cell.code]
+    count, before = 0, 0
+    for cell in (c for c in kit if c.code):
+        place = next((k for k, (name, _) in enumerate(code) if name == cell.id), None)
+        if place is not None:
+            before = max(before, place + 1)
+        elif cell.id not in here and ".check(" not in cell.source and not _lies_in(cell, lines):
+            code.insert(before, (cell.id, cell.source))
+            count, before = count + 1, before + 1
+    return [source for _, source in code], count
+
+
+def written(cells: tuple[Cell, ...], kit: tuple[Cell, ...]) -> list[str]:
+    """What the learner wrote between the code: cells of text that are not the kit's, and what was added to those that are."""
+    ours = {cell.id: cell.source.splitlines() for cell in kit if not cell.code}
+    texts, known = [], {cell.source for cell in kit if not cell.code}
+    for cell in cells:
+        if cell.code or cell.source in known or not cell.source.strip():
+            continue
+        added = cell.source
+        if cell.id in ours:
+            had = set(ours[cell.id])
+            added = "\n".join(line for line in cell.source.splitlines() if line not in had)
+        if added.strip():
+            texts.append(legible(added.strip(), LONGEST_WORDS))
+    return texts
+
+
+def _cell(cell):
+    source = cell.get("source", "")
+    source = "".join(source) if isinstance(source, list) else source
+    if not isinstance(source, str):
+        raise TypeError("no text")
+    return Cell(str(cell.get("id", ""))[:100], cell.get("cell_type") == "code", source)
+
+
+def _lies_in(cell, lines):
+    """Whether all lines of a cell stand somewhere, as after merging it with another."""
+    return all(line.strip() in lines for line in cell.source.splitlines() if line.strip())
+
+
+def _by_name(path, folder):
+    """Lesson and learner as folders and files are named: ada/03_world.ipynb, 03_world_ada.ipynb, ada-03.ipynb."""
+    found = re.search(r"(?<!\d)(\d\d)(?!\d)", path.stem)
+    lesson = found.group(1) if found and found.group(1) in LESSONS else ""
+    if path.parent != folder:
+        return lesson, path.relative_to(folder).parts[0]
+    rest = path.stem
+    if lesson:
+        for kits in (course() / "notebooks").glob(f"{lesson}_*.ipynb"):
+            rest = rest.replace(kits.stem, "")
+        rest = re.sub(rf"^{lesson}[_-]|[_-]{lesson}$", "", rest)
+    return lesson, rest.strip(" _-") or path.stem
+
+
+def _by_code(cells):
+    """The lesson whose questions the notebook asks for."""
+    found = re.search(r"""questions\(\s*["'](\d\d?)["']""", "\n".join(cell.source for cell in cells if cell.code))
+    lesson = found.group(1).zfill(2) if found else ""
+    return lesson if lesson in LESSONS else ""
+
+
+def _told(notebook: Any) -> dict[str, Any]:
+    """What ``stereo-lab hand-in`` wrote into a notebook, as far as it is what it should be."""
+    metadata = notebook.get("metadata")
+    told = metadata.get(KEY) if isinstance(metadata, dict) else None
+    if not isinstance(told, dict):
+        return {}
+    out: dict[str, Any] = {}
+    names = told.get("learners")
+    if isinstance(names, list) and names and all(isinstance(n, str) and re.fullmatch(r"[\w-]{1,40}", n) for n in names):
+        out["learners"] = tuple(dict.fromkeys(names[:4]))
+    if told.get("lesson") in LESSONS:
+        out["lesson"] = told["lesson"]
+    when = told.get("handed_in")
+    if isinstance(when, str) and re.fullmatch(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d", when):
+        out["handed_in"] = when
+    if type(told.get("seat")) is int and 0 <= told["seat"] <= LAST_SEAT:
+        out["seat"] = told["seat"]
+    if isinstance(told.get("help"), dict):
+        out["help"] = {
+            int(k): {w: min(max(n, 0), 99) for w, n in v.items() if w in ("hint", "solution") and type(n) is int}
+            for k, v in told["help"].items()
+            if str(k).isdecimal() and len(str(k)) < 3 and isinstance(v, dict)
+        }
+    return out

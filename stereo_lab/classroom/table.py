@@ -1,0 +1,95 @@
+"""The class table: a CSV that a spreadsheet opens, and that comes back with a teacher's marks in it."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from stereo_lab.classroom.marks import IN_WORDS, Row
+from stereo_lab.common.files import read_bytes, write_whole
+from stereo_lab.errors import StereoLabError
+
+FIRST = ("learner", "lesson", "passed", "of", "handed in", "file", "notes")
+PARTS = ("", " why", " help", " teacher")
+Marks = dict[tuple[str, str], dict[int, str]]
+
+
+def write_table(path: Path, rows: Sequence[Row]) -> None:
+    """Write the table, with room for a teacher's mark beside each question.
+
+    Raises
+    ------
+    StereoLabError
+        If it cannot be written: it is open in a spreadsheet, say.
+    """
+    most = max((len(row.marks) for row in rows), default=0)
+    heads = [f"{k}{part}" for k in range(1, most + 1) for part in PARTS]
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\r\n")
+    table.writerow([*FIRST, *heads])
+    for row in rows:
+        first = (row.learner, row.lesson, row.passed, len(row.marks), row.handed_in, row.file, "; ".join(row.notes))
+        marks = [cell for m in row.marks for cell in (IN_WORDS[m.status], m.why, m.help, m.teacher)]
+        table.writerow([_harmless(cell) for cell in (*first, *marks)])
+    try:
+        write_whole(path, text.getvalue().encode("utf-8-sig"))
+    except StereoLabError as error:
+        raise StereoLabError(
+            f"{error} If it is open in a spreadsheet, close it there. Then run it again: what is marked is kept."
+        ) from None
+
+
+def read_teacher(path: Path) -> Marks:
+    """What a teacher has written into a table that is there already; nothing where there is none.
+
+    Returns
+    -------
+    dict
+        By (learner, lesson), then by the question's number.
+
+    Raises
+    ------
+    StereoLabError
+        If there is a file that is no such table: nothing is then written over it.
+    """
+    if not path.exists():
+        return {}
+    content = read_bytes(path)
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = content.decode("cp1252", "replace")  # as an older Excel saves it
+    lines = text.splitlines()
+    parted = max(",;\t", key=(lines[0] if lines else "").count)
+    try:
+        rows = list(csv.reader(io.StringIO(text), delimiter=parted))
+    except csv.Error as error:
+        raise StereoLabError(
+            f"{path} is no table of plain text ({error}). Save it as CSV, or name another one with --csv."
+        ) from None
+    heads = [head.strip() for head in rows[0]] if rows else []
+    if not {"learner", "lesson"} <= set(heads):
+        raise StereoLabError(
+            f"Expected a class table in {path}, to keep what a teacher wrote into it; this is another file. Name another one with --csv."
+        )
+    found: Marks = {}
+    for row in (dict(zip(heads, row, strict=False)) for row in rows[1:]):
+        marks = {int(head.split()[0]): cell.strip() for head, cell in row.items() if re.fullmatch(r"\d+ teacher", head)}
+        learner = _plain(row["learner"])
+        if learner.strip():  # a row without marks tells that there are none any more
+            found[learner, row.get("lesson", "").strip().zfill(2)] = {k: cell for k, cell in marks.items() if cell}
+    return found
+
+
+def _harmless(cell):
+    """A text that a spreadsheet does not take for a formula."""
+    return (
+        f"'{cell}" if isinstance(cell, str) and cell[:1] in ("=", "+", "-", "@", "\t", "\r") and len(cell) > 1 else cell
+    )
+
+
+def _plain(cell):
+    return cell[1:] if cell[:1] == "'" and cell[1:2] in ("=", "+", "-", "@") else cell

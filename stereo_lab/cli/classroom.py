@@ -1,0 +1,104 @@
+"""The commands between a learner and the teacher: variant, hand-in, grade."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from pathlib import Path
+
+from stereo_lab.cli.terminal import OK, Progress, write_json_option
+from stereo_lab.errors import StereoLabError
+
+
+def run_hand_in(options: argparse.Namespace) -> int:
+    """Write a lesson as one file for the teacher. The exit code is OK."""
+    from stereo_lab.classroom.handing import hand_in
+    from stereo_lab.cli.course import work_folder
+    from stereo_lab.recording.places import course
+
+    folder = work_folder(options.name)
+    out = Path(options.out) if options.out else folder / "handed_in"
+    done = hand_in(course() / "notebooks", folder, options.lesson, out, options.together_with, options.code_name)
+    goes_by = f"code name{'s' * (len(done.learners) > 1)} {' and '.join(done.learners)}"
+    print(f"{done.path}\nGive this file to your teacher. It goes by the {goes_by}: note it down.")
+    print(
+        f"It holds what was saved at {done.saved}: {done.answered} of {done.questions} blanks are filled. You may hand in again, the latest counts."
+    )
+    return OK
+
+
+def run_variant(options: argparse.Namespace) -> int:
+    """Make the recording of one seat. The exit code is OK."""
+    from stereo_lab.classroom.variants import make_variant
+    from stereo_lab.cli.course import work_folder
+    from stereo_lab.cli.terminal import me
+    from stereo_lab.work import SEAT, seat_of
+
+    folder = work_folder(options.name)
+    out = Path(options.out) if options.out else folder / SEAT
+    if not options.out and (had := seat_of(folder)) is not None:
+        raise StereoLabError(
+            f"The recording of seat {had} is in {out} already. Move that folder away to take another seat."
+        )
+    with Progress() as progress:
+        progress("the recording", 0, 1)
+        recording = make_variant(options.seed, out)
+    print(f"{out}: {recording.title}.")
+    print(
+        f"Squares of {recording.board.square_mm:g} mm, links of {recording.arm.l1_mm:g} and {recording.arm.l2_mm:g} mm."
+    )
+    whose = f" --name {options.name}" if options.name else ""
+    print(
+        f'Open it by its name: open_recording("{out}").'
+        if options.out
+        else f"The lessons open with it: {me()} start{whose}"
+    )
+    return OK
+
+
+def run_grade(options: argparse.Namespace) -> int:
+    """Run and mark what a class has handed in; write the table. The exit code is OK."""
+    from stereo_lab.classroom.grading import grade
+    from stereo_lab.classroom.marks import tally
+    from stereo_lab.classroom.page import write_page
+    from stereo_lab.classroom.table import read_teacher, write_table
+    from stereo_lab.common.files import check_target
+    from stereo_lab.exercises import questions
+    from stereo_lab.recording import open_recording
+
+    table, due = Path(options.csv), _due(options.due)
+    for target in filter(None, (options.csv, options.html)):
+        check_target(target)
+    read_teacher(table)  # what is no class table is not written over
+    recording = open_recording(options.recording)
+    with Progress() as progress:
+        graded = grade(
+            Path(options.folder),
+            recording,
+            table.with_suffix(".grade.json"),
+            lambda: read_teacher(table),
+            due,
+            options.jobs,
+            progress,
+        )
+    lessons = sorted({row.lesson for row in graded.rows if row.lesson})
+    tallies = {lesson: tally(graded.rows, lesson, questions(lesson, recording)) for lesson in lessons}
+    write_table(table, graded.rows)
+    if options.html:
+        write_page(Path(options.html), graded.rows, tallies, [graded.how])
+    for lesson, counts in tallies.items():
+        print(f"lesson {lesson}")
+        for count in counts:
+            print(f"  {count.name}  {count.passed} of {count.learners} passed, {count.not_attempted} not attempted")
+            for why, number in count.fell_for[:3]:
+                print(f"       {number} of {count.learners}: {why}")
+    print(f"{graded.how}\n{table}: {len(graded.rows)} rows, {graded.run} notebooks run now.")
+    write_json_option(options.json, {"how": graded.how, "rows": [row.as_json() for row in graded.rows]})
+    return OK
+
+
+def _due(text):
+    """A day, or a day and a time."""
+    if text and not re.fullmatch(r"\d{4}-\d\d-\d\d( \d\d:\d\d)?", text):
+        raise StereoLabError(f'Expected a day such as 2026-10-05, or "2026-10-05 12:00", after --due; got {text!r}.')
+    return text or ""

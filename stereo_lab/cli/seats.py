@@ -1,0 +1,95 @@
+"""The commands for the computers of a class: ready, pack, unpack, wheels, places."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from dataclasses import asdict
+from pathlib import Path
+
+from stereo_lab.cli.course import work_folder
+from stereo_lab.cli.terminal import OK, WANTING, Progress, me, write_json_option
+
+
+def run_ready(options: argparse.Namespace) -> int:
+    """Print a line for each thing that the course needs. WANTING where one is missing without which it does not run."""
+    from stereo_lab.seats.ready import UNFIT, all_checks, examine
+
+    lines = []
+    for line in examine(all_checks(work_folder(options.name))):
+        lines.append(line)
+        if options.json != "-":
+            print(f"{line.state:5s}{line.what:12s} {line.found}", flush=True)
+            if line.todo:
+                print(f"{'':18s}-> {line.todo}", flush=True)
+    write_json_option(options.json, {"lines": [asdict(line) for line in lines]})
+    return WANTING if any(line.state == UNFIT for line in lines) else OK
+
+
+def run_pack(options: argparse.Namespace) -> int:
+    """Write a learner's folder into one file. The exit code is OK."""
+    from stereo_lab.seats.moving import pack
+
+    folder = work_folder(options.name)
+    out = Path(options.file or f"{folder.name}_{time.strftime('%Y-%m-%d_%H-%M')}.zip")
+    count, left_out = pack(folder, out)
+    print(
+        f"{out}: {count} file{'s' * (count != 1)} of {folder}, {out.stat().st_size / 1e6:.1f} MB. What is not saved yet is not in it."
+    )
+    for name in left_out:
+        print(f"Left out, for another system would not take it: {name}")
+    name = f'"{out.name}"' if " " in out.name else out.name
+    print(f"On the other computer: {me()} unpack {name}")
+    return OK
+
+
+def run_unpack(options: argparse.Namespace) -> int:
+    """Bring a packed folder into the learner's own. The exit code is OK."""
+    from stereo_lab.seats.moving import unpack
+
+    folder = work_folder(options.name)
+    done = unpack(Path(options.file), folder)
+    print(f"{folder}: {len(done.brought)} file{'s' * (len(done.brought) != 1)} brought.")
+    for name, kept in done.kept:
+        print(f"{name} was different here; what you had is now {kept}.")
+    for name in done.left:
+        print(f"{name} stays as it is here: nothing was done in the one that was packed.")
+    return OK
+
+
+def run_wheels(options: argparse.Namespace) -> int:
+    """Make a folder from which computers without a network are set up. The exit code is OK."""
+    from stereo_lab.recording.places import course
+    from stereo_lab.seats.wheels import Target, fill
+
+    here = Target.here()
+    systems, pythons = options.system or [here.system], options.python or [here.python]
+    targets = [Target(system, python) for system in systems for python in pythons]
+    out = Path(options.out)
+    with Progress() as progress:
+        sizes = fill(out, course() / "environment.txt", targets, progress)
+    told = ", ".join(f"Python {target.python} on {target.system}" for target in targets)
+    print(f"{out}: {len(sizes)} files, {sum(sizes.values()) / 1e6:.0f} MB, for {told}.")
+    print("Copy this folder and the kit to a stick. On each computer, in the kit's folder:")
+    print(f"python3 lab.py --offline PATH/TO/{out.name}      (on Windows: py lab.py …)")
+    write_json_option(options.json, {"folder": str(out), "files": sizes, "for": [asdict(target) for target in targets]})
+    return OK
+
+
+def run_places(options: argparse.Namespace) -> int:
+    """Print where everything lies that the course reads or writes. The exit code is OK."""
+    from stereo_lab.common.files import user_folder
+    from stereo_lab.recording.places import course, known, shelves
+
+    work = work_folder(options.name)
+    places = {
+        "lessons": course() / "notebooks", "for the teacher": course() / "notebooks" / "instructor",
+        **{f"recordings {k}": shelf for k, shelf in enumerate(shelves(), 1)},
+        "your work": work, "calibrations": user_folder() / "calibrations",
+    }  # fmt: skip
+    if options.json != "-":
+        for what, path in places.items():
+            print(f"{what:16s} {path}{'' if path.exists() else '   (not there)'}")
+        print(f"{'found':16s} {', '.join(known()) or 'no recording'}")
+    write_json_option(options.json, {"places": {k: str(v) for k, v in places.items()}, "recordings": known()})
+    return OK

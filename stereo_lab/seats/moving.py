@@ -1,0 +1,206 @@
+"""A learner's folder as one file, and back again on another computer. What lies there already is never lost."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+import time
+import zipfile
+import zlib
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from stereo_lab.common.files import check_format, check_plain, read_bytes, write_json, write_whole
+from stereo_lab.errors import StereoLabError
+from stereo_lab.exercises.progress import FILE as PROGRESS
+from stereo_lab.exercises.progress import merged
+from stereo_lab.work import MARK, as_copies, copies_of, digest_of, keep_beside, mark
+
+LARGEST = 2_000_000_000  # bytes, unpacked: fifty recordings of one's own
+MOST = 20_000  # files
+PASSED_OVER = (".ipynb_checkpoints", "__pycache__")
+NOT_EVERYWHERE = '\\:*?"<>|'  # signs that mean something else in a name on some system
+EARLIEST = (1980, 1, 1, 0, 0, 0)  # what a zip file can tell; a clock with an empty battery is before it
+
+
+@dataclass(frozen=True)
+class Unpacked:
+    """What unpacking did.
+
+    Attributes
+    ----------
+    brought : list of str, files that are now as in the pack
+    kept : list of (str, str), a file that lay there and was different, and the name that it has now
+    left : list of str, files that were changed here and not there: they stay
+    """
+
+    brought: list[str]
+    kept: list[tuple[str, str]]
+    left: list[str]
+
+
+def pack(folder: Path, out: Path) -> tuple[int, list[str]]:
+    """Write a learner's folder into one file.
+
+    Parameters
+    ----------
+    folder : path, a work folder
+    out : path, a file that is not there yet
+
+    Returns
+    -------
+    count : int, how many files went in
+    left_out : list of str, names that another system would not take, and links
+
+    Raises
+    ------
+    StereoLabError
+        If there is no work folder, ``out`` is there already or cannot be written.
+    """
+    if not (folder / MARK).is_file():
+        raise StereoLabError(f"There is no work in {folder}. Name whose it is with --name, or start the course first.")
+    if os.path.lexists(out):
+        raise StereoLabError(f"{out} is already there, and is not written over. Name another file.")
+    left_out: list[str] = []
+    part = out.with_name(out.name + ".part")
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED, strict_timestamps=False) as file:
+            count = sum(_put(file, path, name) for path, name in _files(folder, (out, part), left_out))
+        os.replace(part, out)
+    except OSError as error:
+        raise StereoLabError(f"Cannot write {out}: {error.strerror or error}. Name another place, or free some space.") from None  # fmt: skip
+    finally:
+        with contextlib.suppress(OSError):  # after the rename it is gone
+            part.unlink()
+    return count, left_out
+
+
+def _files(folder, own, left_out):
+    """Every plain file of a folder, with its name in the pack."""
+    for path in sorted(folder.rglob("*")):
+        name = path.relative_to(folder).as_posix()
+        if path in own or (path.is_dir() and not path.is_symlink()) or set(PASSED_OVER) & set(PurePosixPath(name).parts):  # fmt: skip
+            continue
+        if path.is_symlink() or not path.is_file() or any(sign in name for sign in NOT_EVERYWHERE):
+            left_out.append(name)
+        else:
+            yield path, name
+
+
+def _put(file, path, name):
+    about = zipfile.ZipInfo(name, max(time.localtime(path.stat().st_mtime)[:6], EARLIEST))
+    about.compress_type, about.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
+    file.writestr(about, read_bytes(path))
+    return 1
+
+
+def unpack(packed: Path, folder: Path) -> Unpacked:
+    """Bring what :func:`pack` wrote into a learner's folder.
+
+    A file that lies there and is different is renamed, so that the time stands in its name; a copy in which nobody has worked
+    yet makes room. Which questions are passed is put together. Nothing is written before all of the pack was read.
+
+    Parameters
+    ----------
+    packed : path, a file that :func:`pack` wrote
+    folder : path, made where there is none
+
+    Raises
+    ------
+    StereoLabError
+        If it is no such file, is damaged, holds a name that leads out of the folder, or there is no room.
+    """
+    check_plain(packed)
+    try:
+        with zipfile.ZipFile(packed) as file:
+            names = _names(file, packed, folder)
+            there = _read_mark(file, packed)
+            _room(file, folder)
+            if (bad := file.testzip()) is not None:
+                raise StereoLabError(
+                    f"{packed} is damaged: {bad} does not come out whole. Copy it anew, or pack again."
+                )
+            return _bring(file, names, there, folder)
+    except (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, zlib.error) as error:
+        raise StereoLabError(
+            f"Expected a file that pack wrote, and {packed} cannot be read as one ({error}). Copy it anew, or pack again."
+        ) from None
+
+
+def _names(file, packed, folder):
+    """The names of all files in a pack, each looked at."""
+    entries = [entry for entry in file.infolist() if not entry.is_dir()]
+    if len(entries) > MOST:
+        raise StereoLabError(f"{packed}: expected {MOST} files at most, got {len(entries)}.")
+    root = Path(os.path.realpath(folder))
+    for entry in entries:
+        name, kind = entry.filename, (entry.external_attr >> 16) & 0o170000
+        parts = PurePosixPath(name).parts
+        climbs = (
+            not parts or name.startswith("/") or ".." in parts or any(sign in name for sign in NOT_EVERYWHERE + "\0")
+        )
+        if climbs or kind not in (0, 0o100000) or not Path(os.path.realpath(folder / name)).is_relative_to(root):
+            raise StereoLabError(
+                f"{packed}: {name!r} leads out of the folder, or is no plain file. Nothing was unpacked."
+            )
+    names = [entry.filename for entry in entries]
+    if len({name.casefold() for name in names}) < len(names):
+        raise StereoLabError(f"{packed}: two files in it have the same name. Nothing was unpacked.")
+    return names
+
+
+def _read_mark(file, packed):
+    """Which copies the pack holds; refuses what `pack` did not write."""
+    if MARK not in file.namelist():
+        raise StereoLabError(f"{packed} was not made by `stereo-lab pack`: {MARK} is not in it.")
+    try:
+        marked = json.loads(file.read(MARK))
+    except ValueError:
+        marked = {}
+    check_format(marked if isinstance(marked, dict) else {}, f"{packed}, {MARK}")
+    return as_copies(marked)
+
+
+def _room(file, folder):
+    size = sum(entry.file_size for entry in file.infolist())
+    if size > LARGEST:
+        raise StereoLabError(f"Expected {LARGEST // 1_000_000} MB at most, got {size // 1_000_000} MB, unpacked.")
+    place = next(p for p in (folder.absolute(), *folder.absolute().parents) if p.exists())
+    free = shutil.disk_usage(place).free
+    if free < size + 2**20:
+        raise StereoLabError(f"{size // 10**6 + 1} MB are needed at {place}, {free // 10**6} MB are free. Free some space.")  # fmt: skip
+
+
+def _bring(file, names, there, folder):
+    here, done = copies_of(folder), Unpacked([], [], [])
+    for name in names:
+        content, target = file.read(name), folder / name
+        if name == MARK:
+            continue
+        if name == PROGRESS and target.exists():
+            write_json(target, merged(_progress(read_bytes(target)), _progress(content)))
+            continue
+        if target.exists():
+            had = digest_of(read_bytes(target))
+            if had == digest_of(content):
+                continue
+            if digest_of(content) == there.get(name):  # nobody has worked in it there
+                done.left.append(name)
+                continue
+            if had != here.get(name):
+                done.kept.append((name, keep_beside(target).name))
+        write_whole(target, content)
+        done.brought.append(name)
+    mark(folder, {**there, **here, **{name: there[name] for name in done.brought if name in there}})
+    return done
+
+
+def _progress(content):
+    try:
+        known = json.loads(content)
+    except ValueError:
+        return {}
+    return known if isinstance(known, dict) else {}

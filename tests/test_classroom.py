@@ -1,0 +1,331 @@
+"""What the grading stands on: the pipe, the drawn inputs, the papers, the table."""
+
+import ast
+import dataclasses
+import json
+import os
+from array import array
+from collections import deque
+from decimal import Decimal
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from conftest import ROOT
+from stereo_lab.classroom.desk import _ByNumber
+from stereo_lab.classroom.grading import LESSONS as NOTEBOOKS
+from stereo_lab.classroom.grading import solved, source_of
+from stereo_lab.classroom.line import LONGEST_LINE
+from stereo_lab.classroom.marks import Mark, Row, kind_of_mistake, tally
+from stereo_lab.classroom.page import write_page
+from stereo_lab.classroom.papers import kit_cells, latest, papers_in, read_paper, with_what_is_missing, written
+from stereo_lab.classroom.room import build_room
+from stereo_lab.classroom.store import Store
+from stereo_lab.classroom.table import read_teacher, write_table
+from stereo_lab.classroom.wire import DEEPEST, LARGEST_ARRAY, legible, pack, unpack
+from stereo_lab.errors import StereoLabError
+from stereo_lab.exercises import LESSONS, ____, questions
+from stereo_lab.exercises.answers import NOT_ATTEMPTED, NOT_YET, PASS, Function, Number, judge
+from stereo_lab.exercises.draws import with_fresh_inputs
+from stereo_lab.recording import Position, open_recording
+from tests.classes import BROKEN, LESSON, add, answered, asked, kit, right, stub, without
+
+
+@pytest.fixture(scope="module", params=LESSONS)
+def lesson(request):
+    return questions(request.param, open_recording(ROOT / "data" / "bench"))
+
+
+def through(value):
+    return unpack(json.loads(json.dumps(pack(value))))
+
+
+def same(a, b):
+    if isinstance(a, (tuple, list)):
+        return type(a) is type(b) and len(a) == len(b) and all(map(same, a, b))
+    return np.array_equal(a, b, equal_nan=isinstance(a, float)) and np.shape(a) == np.shape(b)
+
+
+def test_all_that_questions_try_and_want_goes_through_the_pipe(lesson):
+    for q in lesson:
+        if isinstance(q.answer, Function):
+            for f in (q.answer, with_fresh_inputs(q.name, q.answer, 5)):
+                for arguments in f.inputs:
+                    assert all(same(a, through(a)) for a in arguments), q.name
+                    assert same(f.right(*arguments), through(f.right(*arguments))), q.name
+        else:
+            assert same(q.reference, through(q.reference)), q.name
+            assert judge(q.answer, through(q.reference)).status == PASS
+
+
+def test_drawn_inputs_are_other_ones_and_judge_alike(lesson):
+    for q in (q for q in lesson if isinstance(q.answer, Function)):
+        for seed in range(20):
+            fresh = with_fresh_inputs(q.name, q.answer, seed)
+            assert len(fresh.inputs) == len(q.answer.inputs)
+            for right_one in (q.reference, *q.answer.also):
+                assert judge(fresh, right_one).status == PASS, (q.name, seed)
+        other = sum(not same(a, b) for a, b in zip(fresh.inputs, q.answer.inputs, strict=True))
+        assert other >= 0.6 * len(fresh.inputs), q.name
+        wrong = [judge(fresh, w.answer).status for w in q.answer.wrong]
+        assert wrong.count(PASS) <= len(wrong) // 2, q.name  # the lesson's own inputs are tried as well
+
+
+class Evil(str):
+    def __str__(self):
+        raise SystemExit
+
+    __len__ = __iter__ = __float__ = __array__ = __str__
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        object(),
+        lambda: 1,
+        {"a": 1},
+        {1, 2},
+        10**9999,
+        np.array([object()]),
+        np.ones((1000, 1000)),
+        np.array("text"),
+        1j,
+        {(1, 2): 3},
+        Ellipsis,
+    ],
+    ids=lambda v: type(v).__name__,
+)
+def test_what_is_no_plain_data_goes_as_its_kind(value):
+    assert type(through(value)).__name__ == type(value).__name__ or callable(value)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [Decimal("1.5"), Fraction(3, 2), np.array(1.5, ">f8"), np.array([1.5], object), deque([1.5]), array("d", [1.5]), np.float16(1.5)],
+    ids=lambda v: type(v).__name__,
+)  # fmt: skip
+def test_numbers_in_any_dress_count_as_they_do_in_a_notebook(value):
+    number = Number(1.5, 0.001)
+    assert judge(number, value).status == judge(number, through(value)).status == PASS
+
+
+@pytest.mark.parametrize("value", [{1.5}, {"a": 1.5}, 1.5 + 0j, True, np.array([True])], ids=lambda v: type(v).__name__)
+def test_what_is_no_number_is_told_as_in_a_notebook(value):
+    number = Number(1.5, 0.001)
+    assert judge(number, value) == judge(number, through(value)) and judge(number, through(value)).status == NOT_YET
+
+
+class Endless(list):
+    def __len__(self):
+        return 1
+
+    def __iter__(self):
+        while True:
+            yield 1
+
+
+def test_pictures_go_through_the_pipe_whole():
+    hue = np.random.default_rng(1).integers(0, 180, (720, 1280)).astype(float)
+    assert same(hue, through(hue)) and len(json.dumps(pack(hue))) < LONGEST_LINE
+    assert len(json.dumps(pack(np.zeros(LARGEST_ARRAY // 8)))) < LONGEST_LINE
+
+
+def test_a_list_that_lies_is_read_past_its_own_methods():
+    assert through(Endless([1, 2])) == [1, 2]
+
+
+def test_what_a_learner_says_can_be_written_and_shown():
+    assert legible("a\ud800b\x1b[31m\r\nc\td") == "a\\ud800b\N{REPLACEMENT CHARACTER}[31m\nc\td"
+    assert legible("Zoë 🤖 ∂", 5) == "Zoë 🤖"
+
+
+def test_monsters_go_through_as_plain_things():
+    deep = []
+    for _ in range(3000):
+        deep = [deep]
+    assert type(through(Evil("below"))) is str and through(Evil("below")) == "below"
+    level, depth = through(deep), 0
+    while isinstance(level, list):
+        level, depth = level[0], depth + 1
+    assert depth == DEEPEST
+    assert through([1, ____]) is ____ and len(through("x" * 10**6)) == 2000
+    endless = []
+    endless.append(endless)
+    assert through(endless)
+    assert through(Position(1, 2, 3)) == Position(1, 2, 3)
+
+
+@pytest.mark.parametrize(
+    "told",
+    [
+        [],
+        {},
+        {"list": 5},
+        {"array": "AA", "type": "O", "shape": [1]},
+        {"array": "AA==", "type": "<f8", "shape": [10**9]},
+        {"array": "AAAAAAAAAAA=", "type": "(1,", "shape": [1]},
+        {"bare": "list"},
+        {"place": [1]},
+    ],
+)
+def test_what_nobody_packed_is_refused(told):
+    with pytest.raises((ValueError, TypeError, KeyError)):
+        unpack(told)
+
+
+def test_the_room_has_no_answers_in_it(tmp_path):
+    build_room(tmp_path)
+    files = {
+        path.relative_to(tmp_path / "kit" / "stereo_lab").as_posix()
+        for path in (tmp_path / "kit" / "stereo_lab").rglob("*.py")
+    }
+    assert {f for f in files if f.startswith("exercises/")} == {"exercises/__init__.py", "exercises/blank.py"}
+    assert {f for f in files if f.startswith("classroom/")} == {
+        f"classroom/{n}.py" for n in ("__init__", "wire", "desk")
+    }
+    text = "".join((tmp_path / "kit" / "stereo_lab" / f).read_text(encoding="utf-8") for f in files)
+    for q in asked():
+        assert q.reason not in text and q.hints[0] not in text
+
+
+def put(folder, name, notebook):
+    path = folder / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(notebook if isinstance(notebook, bytes) else json.dumps(notebook).encode())
+    return path
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_broken_paper_says_so(tmp_path, name):
+    paper = read_paper(put(tmp_path, "03_x.ipynb", BROKEN[name]), tmp_path)
+    assert paper.lesson == "03" and paper.learners == ("x",)
+    assert ("no notebook that can be read" in paper.trouble) == (name != "no_cells")
+
+
+def test_whose_it_is_and_which_lesson(tmp_path):
+    for name, lesson, learner in (
+        ("03_world_coordinates_ada.ipynb", "03", "ada"),
+        ("ada_03_world_coordinates.ipynb", "03", "ada"),
+        ("ben/03_world_coordinates.ipynb", "03", "ben"),
+        ("cy/deep/mine.ipynb", "03", "cy"),  # told by its questions
+        ("2026-10-03.ipynb", "03", "2026-10-03"),
+    ):
+        paper = read_paper(put(tmp_path, name, kit()), tmp_path)
+        assert (paper.lesson, paper.learners) == (lesson, (learner,)), name
+    nothing = read_paper(put(tmp_path, "notes.ipynb", {"cells": []}), tmp_path)
+    assert nothing.lesson == "" and "which lesson" in nothing.trouble
+
+
+def test_the_latest_is_found_whatever_is_claimed(tmp_path):
+    first, second = put(tmp_path, "a/03_x.ipynb", kit()), put(tmp_path, "a/03_y.ipynb", kit())
+    os.utime(first, (2_000_000_000, 2_000_000_000))
+    os.utime(second, (1_000_000_000, 1_000_000_000))
+    put(tmp_path, "a/.ipynb_checkpoints/03_z.ipynb", kit())
+    assert [p.file for p in latest(papers_in(tmp_path))["a", "03"]] == ["a/03_x.ipynb", "a/03_y.ipynb"]
+    with pytest.raises(StereoLabError, match="no notebook"):
+        papers_in(tmp_path / "a" / ".ipynb_checkpoints")
+    with pytest.raises(StereoLabError, match="is none"):
+        papers_in(first)
+
+
+def test_deleted_cells_are_put_back_and_questions_are_not(tmp_path):
+    notebook = without(answered(right()), "cell-01", "cell-07")
+    notebook["cells"].pop(stub(notebook, 5))
+    cells = read_paper(put(tmp_path, "03_a.ipynb", notebook), tmp_path).cells
+    code, count = with_what_is_missing(cells, kit_cells(NOTEBOOKS, LESSON))
+    assert count == 2 and "questions(" in code[0] and not any("q5.check" in c for c in code)
+    assert next(k for k, c in enumerate(code) if "(v0, y0), (v1" in c) < next(
+        k for k, c in enumerate(code) if "q2.check" in c
+    )
+    whole, none = with_what_is_missing(kit_cells(NOTEBOOKS, LESSON), kit_cells(NOTEBOOKS, LESSON))
+    assert none == 0 and len(whole) == sum(c.code for c in kit_cells(NOTEBOOKS, LESSON))
+
+
+def test_what_learners_write_is_collected(tmp_path):
+    notebook = add(kit(), "I think the lines hold **only** in one plane.", kind="markdown")
+    notebook["cells"][0]["source"] += "\nMy remark."
+    cells = read_paper(put(tmp_path, "03_a.ipynb", notebook), tmp_path).cells
+    assert written(cells, kit_cells(NOTEBOOKS, LESSON)) == [
+        "My remark.",
+        "I think the lines hold **only** in one plane.",
+    ]
+
+
+def test_live_pictures_come_from_where_the_lesson_takes_them():
+    sources = {lesson: source_of(kit_cells(NOTEBOOKS, lesson)) for lesson in LESSONS}
+    assert sources["03"] == "recording" and sources["07"] == "virtual" and sources["05"] == ""
+    changed = ast.unparse(_ByNumber("virtual").visit(ast.parse("source_name = 'cameras:0,1'\nq3.check(x)")))
+    assert changed == "source_name = 'virtual'\n__checked__(3, q3, x)"
+
+
+def test_solved_has_no_blank_left():
+    assert "____  " not in "\n".join(solved(LESSON, asked()))
+
+
+ROWS = [
+    Row(
+        "ada",
+        "03",
+        "a.ipynb",
+        "2026-10-01 08:00:00",
+        (Mark(PASS), Mark(NOT_YET, "the sign is turned")),
+        ("late",),
+        ("My words",),
+    ),
+    Row("=cmd()", "03", "b.ipynb", "", (Mark(NOT_ATTEMPTED), Mark(NOT_YET, "17 px is too large.")), ("<script>",)),
+    Row("cy", "03", "c.ipynb", "", (Mark(PASS, help="2 hints"), Mark(NOT_YET, "18 px is too large."))),
+]
+
+
+def test_a_teachers_mark_comes_back_from_a_spreadsheet(tmp_path):
+    table = tmp_path / "class.csv"
+    write_table(table, ROWS)
+    assert read_teacher(table) == {(name, "03"): {} for name in ("ada", "=cmd()", "cy")}
+    lines = table.read_text(encoding="utf-8-sig").splitlines()
+    assert lines[2].startswith("'=cmd()")  # no formula
+    for parted in (",", ";", "\t"):
+        cells = [line.split(",") for line in lines]
+        for row in (1, 2):
+            cells[row][cells[0].index("2 teacher")] = "passed"
+        table.write_text("\n".join(parted.join(row) for row in cells), encoding="cp1252")
+        assert read_teacher(table) == {("ada", "03"): {2: "passed"}, ("=cmd()", "03"): {2: "passed"}, ("cy", "03"): {}}
+    store = Store(tmp_path / "kept.json")
+    store.remember(read_teacher(table))
+    store.remember({})  # the table is not there today
+    assert store.teacher("ada", "03") == {2: "passed"}
+    write_table(table, ROWS)  # and now it is, with that mark taken back
+    store.remember(read_teacher(table))
+    assert Store(tmp_path / "kept.json").teacher("ada", "03") == {}
+    row = ROWS[0].marked_by({2: "passed"})
+    assert row.passed == 2 and ROWS[0].passed == 1 and row.marks[1].status == NOT_YET
+    table.write_text("a,b\n1,2\n")
+    with pytest.raises(StereoLabError, match="another file"):
+        read_teacher(table)
+    (tmp_path / "kept.json").write_text('{"rows": [1]}')
+    with pytest.raises(StereoLabError, match="another file"):
+        Store(tmp_path / "kept.json")
+
+
+def test_how_many_fell_for_what():
+    first, second = tally(ROWS, "03", asked()[:2])
+    assert (first.passed, first.not_yet, first.not_attempted, first.learners) == (2, 0, 1, 3)
+    assert second.fell_for == (("… px is too large.", 2), ("the sign is turned", 1))
+    assert (
+        kind_of_mistake("2 and 3 of 4 are off") == "… and … of … are off"
+        and kind_of_mistake("Eq. 2 says so") == "Eq. 2 says so"
+    )
+
+
+def test_the_page_shows_all_of_it_and_runs_nothing(tmp_path):
+    rows = [ROWS[0].marked_by({1: "not yet"}), *ROWS[1:]]
+    write_page(tmp_path / "class.html", rows, {"03": tally(rows, "03", asked()[:2])}, ["How it was done"])
+    page = (tmp_path / "class.html").read_text(encoding="utf-8")
+    assert "<script>" not in page and "&lt;script&gt;" in page
+    for part in ("2 of 3: … px is too large.", "My words", "teacher: not yet", "2 hints", "How it was done"):
+        assert part in page
+
+
+def test_a_row_survives_the_file():
+    assert all(Row.from_json(json.loads(json.dumps(row.as_json()))) == row for row in ROWS)
+    assert dataclasses.is_dataclass(ROWS[0])
