@@ -14,7 +14,7 @@ from stereo_lab.calibration import calibrate_recording
 from stereo_lab.detection import Detection
 from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises import LESSONS, ____, questions
-from stereo_lab.exercises.answers import Choice, Command, Function, Number, Wrong, judge
+from stereo_lab.exercises.answers import PASS, Choice, Command, Function, Number, Wrong, judge
 from stereo_lab.exercises.lesson05 import elbow_deg, shoulder_deg
 from stereo_lab.exercises.question import lesson
 from stereo_lab.position import LineFit
@@ -162,6 +162,8 @@ def names_above(lesson, recording):
         return {"l1": recording.arm.l1_mm, "l2": recording.arm.l2_mm, **vars(math)}
     if lesson == "07":
         return {"elbow_deg": elbow_deg, "shoulder_deg": shoulder_deg}
+    if lesson == "09":
+        return {"np": np}
     return {}
 
 
@@ -220,6 +222,15 @@ def test_progress_is_counted(capsys):
     [
         (Number(2.0, 0.1, "mm"), 3, "3 mm is too large"),
         (Number(2.0, 0.1, "mm"), "to", "expected a number"),
+        (Number(2.0, 0.1, "mm"), [2.0, "mm"], "a number and a text stand side by side"),
+        (Number(2.0, 0.1, "mm"), "2 and -2", "in this text there are 2"),
+        (Number(200.0, 20.0, "degrees"), -190, "the sign is turned"),
+        (Number(2.0, 0.1, "mm", beside=((".*far.*", "how far?"),)), "Very far.", "how far?"),
+        (Number(2.0, 0.1, "mm"), LineFit(2.0, 1.0, (0.0,)), "Take a number out of it: .slope_mm_per_px"),
+        (Number((9, 6), 0, labels=(("across",), ("down",))), (4, 7), "across 4 is too few, down 7 is too many"),
+        (Choice("up", (Wrong("down", "no"),), "yes"), "0", "a number is no answer here"),
+        (Command("MV 2 -30"), "MV 1 2 -30", "one line turns one joint"),
+        (Command("MV 2 -30"), b"MV 2 -30", "leave it away"),
         (Number((1.0, 2.0), 0.1, "mm"), (1.0, 5.0), "the second number is 5 mm"),
         (Number((1.0, 2.0), 0.1, "mm"), 1.0, "expected 2 numbers"),
         (Number(2.0, 0.1, "", (Wrong(-2.0, "sign"),)), -2, "sign"),
@@ -371,7 +382,11 @@ def test_a_blank_is_found_in_what_contains_itself():
 def test_true_is_right_where_it_is_asked_for():
     kind = Function(lambda x: x > 1, ((1.0,), (2.0,)), 0)
     assert judge(kind, lambda x: bool(x > 1)).status == judge(kind, lambda x: np.greater(x, 1)).status == "PASS"
-    assert "it says True, and False is expected" in judge(kind, lambda x: True).text
+    assert (
+        "for x = 1 it says False, and True is expected"
+        in judge(Function(lambda x: x == 1, ((1.0,), (2.0,)), 0), lambda x: x > 1).text
+    )
+    assert "x changes nothing in your answer" in judge(kind, lambda x: True).text
     assert "this is True or False" in judge(Number(1.0, 0.1), True).text
 
 
@@ -404,6 +419,7 @@ def test_a_function_cannot_change_its_inputs():
         (Choice("right", (Wrong("left", "no"),), "yes"), "right, not left"), (Choice("right", (Wrong("left", "no"),), "yes"), "not left, but right"),
         (Number(120.5, 0.5, "mm"), "12.05 cm"), (Number(120.5, 0.5, "mm"), "0.1205 m"), (Number(-1.4, 0.1, "mm per px"), "-1.4 mm/pixel"),
         (Number(200, 0, "of 255"), "200 of 255"), (Number(115.6, 0.1, "px"), "316.2 px - 200.6 px = 115.6 px"),
+        (Number((9, 6), 0), "nine, six"), (Number((9, 6), 0, labels=(("across",), ("down",))), "6 down and 9 across"),
         (Number((9, 6), 0), [[9, 6]]), (Number((9, 6), 0, labels=(("across",), ("down",))), "6 down, 9 across"),
         (Function(lambda hue: hue <= 7, ((np.array([3, 8]),),), 0), lambda hue: [h <= 7 for h in hue]),
     ],
@@ -432,7 +448,7 @@ def test_the_form_of_a_right_answer_does_not_matter(kind, answer):
         (Function(lambda x, y: x / y, ((1.0, 3.0), (2.0, 5.0)), 1e-6), lambda x, y: round(x / y, 1), "you round"),
         (Function(lambda x, y: 9 * x / y, ((1.0, 4.0), (2.0, 5.0)), 1e-6), lambda x, y: 9 * x // y, "cut off"),
         (Function(lambda x, y: x / y, ((1.0, 3.0), (2.0, 5.0)), 1e-6), lambda x, y: x / 3.5, "y changes nothing"),
-        (Function(lambda x, y: x / y, ((1.0, 3.0), (2.0, 5.0)), 1e-6), lambda x, y: 1.5 * x * x / y, "twice the x"),
+        (Function(lambda x, y: x / y, ((1.0, 3.0), (2.0, 5.0)), 1e-6), lambda x, y: 1.5 * x * x / y, "x is squared in your result, and should count once"),
         (Function(lambda x, y: x / y, ((1.0, 3.0), (2.0, 5.0)), 1e-6), lambda x, y: x, "gives x back"),
         (Function(lambda x, y: x / y, ((1.0, 3.0), (2.0, 5.0)), 1e-6), lambda x, y: 7.5, "whatever comes in"),
         (Function(lambda x, y: x / y, ((1.0, 3.0), (2.0, 5.0)), 1e-6), lambda x, y: 1000 * x / y, "a thousand times"),
@@ -445,7 +461,31 @@ def test_the_form_of_a_right_answer_does_not_matter(kind, answer):
         (Number(640.0, 0.5), np.zeros(3), "these are 3."),
         (Number((9.0, 6.0), 0.1), 9, "expected 2 numbers, this is one"),
         (Number(20.0, 0.05, "mm", (Wrong(0.02, "in metres"),)), 0.0, "too small"),
-        (Function(lambda x: x, ((1.0,),), 0.1), lambda x: np.array([x]), "a list with one number"),
+        (Number(4.0, 0.01, "", known={"a": 3.0, "b": 7.0}, ask="How far apart?"), 21.0, "that is a * b. How far apart?"),
+        (Number(4.0, 0.01, known={"a": 3.0, "b": 7.0, "c": 2.5}), (3 - 7) / 2.5, "that is (a - b) / c."),
+        (Number(4.0, 0.01, known={"a": 3.1, "b": 7.3, "c": 2.5, "d": 9.7}), (3.1 - 7.3) * (2.5 - 9.7), "that is (a - b) * (c - d)."),
+        (Number(4.0, 0.01, known={"a": 3.0}, ask="And now?"), 50, "50 is too large. And now?"),
+        (Number(120.54, 0.05, "mm"), 122, "near, and not right yet"), (Number(120.54, 0.05, "mm"), 120, "cut off too early"),
+        (Number(640, 0, "px"), 641, "one too many"), (Number(7.0, 0.5, "mm"), -70, "ten times too large, and the sign is turned"),
+        (Number(9.0, 0.5, small="so near?"), 5, "5 is too small: so near?"), (Number(9.0, 0.5, large="so far?"), 50, "50 is too large: so far?"),
+        (Number(9.0, 0.5, wrong=(Wrong(9.1, "by chance", exact=True),)), 9.1, "by chance"),
+        (Number(9.0, 4, wrong=(Wrong(200.0, "first"), Wrong(203.0, "nearest"))), 203, "nearest"),
+        (Number(9.0, 0.5, wrong=(Wrong(3.14159, "a turn"),)), 3.14, "a turn"),
+        (Number((9.0, 6.0), 0), (9, 5), "the first number is right; the second number is 5"),
+        (Function(lambda x, y: x / y, ((1.0, 3.0), (2.0, 5.0)), 1e-6), lambda x, y: 2.2 * x * y, "y stands above the line, and belongs below it."),
+        (Function(lambda x, y: x / y, ((1.0, 3.0), (2.0, 5.0)), 1e-6), lambda x, y: x / (y + 1), "y should do nothing but multiply or divide"),
+        (Function(lambda x, y: x + 3 * y, ((1.0, 3.0), (2.0, 5.0)), 1e-6), lambda x, y: x - 3 * y, "as if y had its sign turned"),
+        (Function(lambda x, y: (x + 3 * y, x * y), ((1.0, 3.0), (2.0, 5.0)), 1e-6), lambda x, y: (y + 3 * x, x * y), "x and y had changed places"),
+        (Function(lambda x, y, z: x + y * z, ((1.0, 3.0, 4.0), (2.0, 5.0, 7.0)), 1e-6), lambda x, y, z: x + y + 2 * z, "y is divided by z where it should not be, or not multiplied by it"),
+        (Function(lambda x: x + 3, ((1.0,), (2.5,)), 1e-6), lambda x: x + 8, "in every try your result is 5 too large"),
+        (Function(lambda x: (x, x), ((1.0,),), 0.1), lambda x: {x, 2 * x}, "curly brackets make a set"),
+        (Function(lambda x: x, ((1.0,),), 0.1), lambda x: (x - 2) ** 0.5, "the root of a number below zero"),
+        (Choice("up", (Wrong("down", "no"),), "yes", beside=((".*side.*", "which of the two?"),)), "To the side.", "which of the two?"),
+        (Choice("up", (Wrong("down", "no"),), "yes"), "both", "two of the answers"),
+        (Command("MV 2 -30"), "MV2 -30", "a blank is missing"), (Command("MV 2 -30"), "MV 2 - 30", "the minus belongs to its number"),
+        (Command("MV 2 -30"), "MV 2 -30 degrees", "counts in degrees anyway"), (Command("MV 2 -30"), "MV(2 -30)", "no brackets"),
+        (Command("MV 2 -30"), "MV 2 -40", "that turns it to -40 degrees."),
+        (Function(lambda x: x, ((1.0,),), 0.1), lambda x: np.array([x]), "a list with one thing"),
         (Function(lambda x: (x, x), ((1.0,),), 0.1), lambda x: (str(x), str(x)), "the 2 numbers themselves"),
         (Function(lambda x: x + 144.27, ((1.0,),), 0.01), lambda x: round(x + 144.27, 1), "you round"),
         (Function(lambda x: x + math.pi, ((1.0,),), 1e-9), lambda x: x + 3.14159, "only nearly"),
@@ -455,6 +495,11 @@ def test_the_form_of_a_right_answer_does_not_matter(kind, answer):
         (Function(lambda x: x, ((1.0,),), 0.1), lambda x: x(2), "a * is missing"),
         (Function(lambda x: x, ((1.0,),), 0.1), lambda x: c_u + x, "not known here"),  # noqa: F821
         (Function(lambda x: x, ((1.0,),), 0.1), lambda x: math.hypot, "Put () after it"),
+        (Function(lambda x: x, ((np.ones(3),), (np.ones(2),)), 0.1), lambda x: x[:2], "it gives 2 numbers, and 3 are asked for"),
+        (Function(lambda x: x.sum(0), ((np.ones((3, 2)),),), 0.1), lambda x: x @ np.ones(3), ".T turns a table round"),
+        (Function(lambda p: -np.log(p), ((0.9,), (0.4,)), 1e-6, held=("p",)), lambda p: 0.4 - p, "for p = 0.9 it gives -0.5, and 0.1054 is expected"),
+        (Function(lambda p: -np.log(p), ((0.9,), (0.4,)), 1e-6, endless="the logarithm of 0."), lambda p: -np.log(p - p), "no bounds: the logarithm of 0."),
+        (Function(lambda y: y, ((np.array([0.0, 1.0]),),), 1e-6), lambda y: y[None], "in more brackets"),
     ],
 )  # fmt: skip
 def test_a_slip_is_named_in_plain_words(kind, answer, told):
@@ -479,6 +524,13 @@ def test_a_blank_left_in_a_function_is_no_attempt(answer):
 def test_what_is_carried_can_be_counted_with(kind, answer, carried):
     (q,) = lesson("77", dict(asks="?", hints=("a",), code="x = 1", reason="so", reference=0.0, answer=kind))
     assert q.carry(answer) == carried and type(q.carry(answer)) is type(carried)
+
+
+def test_a_function_that_gives_a_list_is_carried_as_one_that_gives_an_array():
+    kind = Function(lambda x: 2 * x, ((np.array([1.0, 2.0]),),), 1e-6, "", (Wrong(lambda x: x, "twice"),))
+    (q,) = lesson("77", dict(asks="?", hints=("a",), code="x = 1", reason="so", reference=None, answer=kind))
+    listed, whole = lambda x: [2 * v for v in x], lambda x: x + x
+    assert (q.carry(listed)(np.array([3.0, 4.0])) - 1).tolist() == [5.0, 7.0] and q.carry(whole) is whole
 
 
 def test_nothing_in_quotes_is_no_attempt():
@@ -513,13 +565,18 @@ def test_words_that_are_no_answer_are_told_why(words, says):
         ("06", 1, "MV 2 -30*AC", "NOT YET - the checksum is put behind it for you"),
         ("06", 1, "MV 2 -30 100", "PASS"),
         ("06", 1, "MV 2 -30 400", "NOT YET - expected 3 words"),
-        ("06", 1, "MV 2 -300", "NOT YET - look at the third word"),
+        ("06", 1, "MV 2 -300", "NOT YET - that turns it to -300 degrees"),
         ("06", 5, "2,047", "PASS"),
         ("06", 5, "2,5", "NOT YET - 2.5 is too small"),
         ("06", 6, 201.3, "PASS"),
         ("06", 6, 210, "NOT YET - 210 degrees is too large"),
         ("05", 1, 109, "NOT YET - that is where the stop of the elbow lets it come"),
         ("05", 6, 450 / 180, "NOT YET - half a turn has π radians"),
+        ("09", 6, "another day in the same room", "NOT YET - better than the same film"),
+        ("09", 6, "another room", "PASS"),
+        ("09", 6, "the whole film", "NOT YET - the film has the twenty in it"),
+        ("09", 8, "the lighter side", "PASS"),
+        ("09", 8, "light", "NOT YET - that is what changes"),
     ],
 )
 def test_what_a_second_reader_typed(bench, lesson, number, answer, says):
@@ -537,3 +594,46 @@ def test_what_a_second_reader_typed(bench, lesson, number, answer, says):
 )  # fmt: skip
 def test_formulas_that_a_second_reader_typed(bench, number, formula, says):
     assert says in judge(questions("05", bench)[number - 1].answer, formula).text
+
+
+L, E = np.log, np.exp
+
+
+@pytest.mark.parametrize(
+    ("number", "formula", "says"),
+    [
+        (1, lambda x, y, a, b, c: np.mean(a * x + b * y + c), "each has its own sum: no mean"),
+        (1, lambda x, y, a, b, c: [a * u + b * v + c for u, v in zip(x, y, strict=True)], "PASS"),
+        (1, lambda x, y, a, b, c: np.dot(np.column_stack([x, y]), [a, b]) + c, "PASS"),
+        (2, lambda s: E(s) / (1 + E(s).sum()), "here each thing stands by itself"),
+        (2, lambda s: math.exp(s) / (1 + math.exp(s)), "take the function of that name from np"),
+        (2, lambda s: [1 / (1 + math.exp(-v)) for v in s], "PASS"),
+        (3, lambda p, y: -np.mean(L(p[y == 1])), "the loss of the balls alone"),
+        (3, lambda p, y: np.mean(E(-p)), "for p = (0.9, 0.2), y = (1, 0) it gives"),
+        (3, lambda p, y: -np.mean(L(p * y)), "somewhere the logarithm of 0 is taken"),
+        (3, lambda p, y: -np.mean(y * L(p + 1e-9) + (1 - y) * L(1 - p + 1e-9)), "PASS"),
+        (4, lambda x, p, y: x @ (p - y), ".T turns a table round"),
+        (4, lambda x, p, y: x.T @ (p - y)[:, None] / len(y), "in more brackets than are asked for"),
+        (4, lambda x, p, y: [np.mean((p - y) * x[:, k]) for k in range(x.shape[1])], "PASS"),
+        (5, lambda s: np.argmax(s), "the number of the best one"),
+        (5, lambda s: E(s - s.max()) / (1 + E(s - s.max()).sum()), 'not off "none"'),
+        (5, lambda s: E(s - np.logaddexp.reduce(np.append(s, 0))), "PASS"),
+        (7, lambda n: 100 * (1 - 0.05 ** (1 / n)), "PASS"),
+        (7, lambda n: -100 * math.log(0.05) / n, "PASS"),
+        (7, lambda n: 100 * 3.8415 / (n + 3.8415), "PASS"),
+        (7, lambda n: 100 * (1 - 0.95 ** (1 / n)), "none shows 95 times of 100"),
+        (7, lambda n: 300 // n, "you round"),
+    ],
+)  # fmt: skip
+@pytest.mark.filterwarnings("error")
+def test_formulas_of_learning_that_a_reader_typed(bench, number, formula, says):
+    """And no warning of numpy's stands beside what is said."""
+    assert says in str(judge(questions("09", bench)[number - 1].answer, formula))
+
+
+@pytest.mark.parametrize("row", [200.0, 230.0])
+def test_lesson_00_asks_about_the_two_balls_that_it_is_shown(row):
+    """In equal rows as well, where the way between them is the jump."""
+    left, right = Detection(300.0, 200.0, 20.0, 1.0), Detection(250.0, row, 20.0, 1.0)
+    asked = questions("00", open_recording("bench"), balls=(left, right))[2]
+    assert judge(asked.answer, 50.0).status == PASS

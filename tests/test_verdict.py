@@ -170,3 +170,14 @@ def test_two_moments_are_told_after_a_dozen_pairs(case, monkeypatch):
     with pytest.raises(CalibrationError, match="same moment"):
         search.find_views([Counted(v.name, looked) for v in views], BOARD)
     assert len(set(looked)) <= 12
+
+
+@pytest.mark.parametrize(
+    ("rms_px", "says"),
+    [(0.2, "parallel to the picture"), (0.3, "parallel to the picture"), (1.7, "contradict each other by 1.7 px")],
+)
+def test_a_focal_length_left_open_has_two_causes(rms_px, says):
+    """Boards that fit and tell nothing were never tilted; boards that do not fit were seen by cameras that moved."""
+    refusals.check_focal(4.9, rms_px)
+    with pytest.raises(CalibrationError, match=says):
+        refusals.check_focal(6.0, rms_px)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # a lesson is loaded when its questions are asked for
     from stereo_lab.exercises.question import Question
     from stereo_lab.recording import Recording
 
-LESSONS = ("00", "01", "02", "03", "04", "05", "06", "07")
+LESSONS = ("00", "01", "02", "03", "04", "05", "06", "07", "08", "09")
 
 __all__ = ["LESSONS", "____", "catch_up", "mine", "questions"]
 
@@ -31,8 +31,9 @@ def questions(lesson: str, recording: Recording, **seen: Any) -> tuple[Question,
 
     Parameters
     ----------
-    lesson : str, "00" to "07"
+    lesson : str, "00" to "09"
     recording : Recording
+    seen : what a lesson is to ask about in the place of the recording's own; lesson 00 takes ``balls``
 
     Returns
     -------
@@ -46,7 +47,12 @@ def questions(lesson: str, recording: Recording, **seen: Any) -> tuple[Question,
     name = str(lesson).zfill(2)
     if name not in LESSONS:
         raise StereoLabError(f"There are no questions for lesson {lesson!r}. Lessons: {', '.join(LESSONS)}.")
-    return tuple(import_module(f"stereo_lab.exercises.lesson{name}").questions(recording))
+    asked = import_module(f"stereo_lab.exercises.lesson{name}").questions(recording, **seen)
+    if recording.seat is None:
+        return tuple(asked)
+    from stereo_lab.exercises.seats import seated
+
+    return tuple(seated(question, recording.seat) for question in asked)
 
 
 def mine(name: str, recording: Recording) -> Any:
@@ -63,6 +69,7 @@ def mine(name: str, recording: Recording) -> Any:
         If there is no such question.
     """
     from stereo_lab.exercises.kept import recall
+    from stereo_lab.exercises.language import translated
 
     lesson, _, number = str(name).partition(".")
     asked = {str(q.number): q for q in questions(lesson, recording)}
@@ -70,5 +77,7 @@ def mine(name: str, recording: Recording) -> Any:
         raise StereoLabError(f"There is no question {name!r}. Lesson {lesson} has {', '.join(asked)}, as {lesson}.1.")
     question = asked[number]
     answer, why = recall(question.name, question.answer)
-    print(f"question {question.name}: " + (f"the kit's own answer, for {why}" if why else "your own answer"))
-    return question.reference if why else answer
+    print(
+        translated(f"question {question.name}: " + (f"the kit's own answer, for {why}" if why else "your own answer"))
+    )
+    return question.carry(answer) if not why else question.reference

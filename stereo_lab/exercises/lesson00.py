@@ -31,6 +31,13 @@ def questions(recording: Recording, balls: tuple[Detection, Detection] | None = 
                 "right",
                 (Wrong("left", "hold a finger up and close one eye, then the other: the right eye sees it farther left."),),
                 "the right camera stands farther right, so the ball moves to the left in its picture.",
+                same=(("second|r|right-?hand", "right"), ("first|l|left-?hand", "left")),
+                beside=(
+                    (
+                        ".*(both|same|equal|neither|none|no difference|middle).*",
+                        "the two cameras stand side by side, so each sees the ball at another place. In which picture is it nearer to the left edge?",
+                    ),
+                ),
             ),
             hints=(
                 "Compare the ball with the edge of each picture.",
@@ -47,10 +54,19 @@ def questions(recording: Recording, balls: tuple[Detection, Detection] | None = 
                 width, 0, "px",
                 (
                     Wrong(height, f"{height} is the number of rows, so the height. shape tells rows first, then columns."),
+                    Wrong(height / width, "you divided: that is the shape of the picture. Take one of the numbers of left.shape."),
                     Wrong(width * height, "that is the number of all pixels. Only those side by side in one row are asked for."),
                     Wrong(3 * width * height, "that is how many numbers the picture has in all. left.shape has three: take one of them."),
                     Wrong(width - 1, "that is the number of the last column; they are counted from 0. How many are there?"),
                     Wrong(1, "that is the place of a number; the number that stands there is asked for: left.shape[…]."),
+                    Wrong(0, "that is the place of a number; the number that stands there is asked for: left.shape[…]."),
+                    Wrong(2, "that is the place of a number; the number that stands there is asked for: left.shape[…]."),
+                    Wrong(width + 1, "one too many: the columns are numbered from 0, and the last number is one less than there are."),
+                    Wrong(height / 2, "that is half the number of rows. Take one of the three numbers of left.shape, as it stands."),
+                    Wrong(width - 3, "the colours are not taken off. Take one of the three numbers of left.shape, as it stands."),
+                    Wrong(width + height, "you added rows and columns. Only the columns are asked for."),
+                    Wrong(3 * width, "that is how many numbers a row has: three colours for each pixel. How many pixels are in it?"),
+                    Wrong(3 * height, "rows times colours. Only the columns are asked for: one of the three numbers of left.shape."),
                     Wrong(3, "3 is the number of colour values of a pixel: blue, green and red. The width comes before it."),
                 ),
                 f"{width} columns of pixels, numbered 0 to {width - 1}.",
@@ -68,7 +84,7 @@ def questions(recording: Recording, balls: tuple[Detection, Detection] | None = 
         dict(
             asks="By how many pixels does the ball jump, from the left picture to the right one?",
             answer=Number(
-                jump, 0.5, "px",
+                jump, 0.12, "px",  # u is printed to a tenth of a pixel
                 (
                     Wrong(-jump, "your jump is below zero: you took the right picture first. Write left minus right."),
                     Wrong(left.v - right.v, "that is the jump in v, up and down. The cameras stand side by side: take u."),
@@ -77,11 +93,22 @@ def questions(recording: Recording, balls: tuple[Detection, Detection] | None = 
                     Wrong(left.u + right.u, "you added the two. How far apart are they?"),
                     Wrong((left.u + right.u) / 2, "that is the middle between the two. How far apart are they?"),
                     Wrong(left.u / right.u, "you divided. How many pixels lie between the two?"),
+                    Wrong(
+                        math.hypot(jump, left.v - right.v),
+                        "that is the way with its part up and down. The jump is to the side alone: take u.",
+                        exact=True,
+                    ),
                     Wrong(left.radius_px, "that is the ball's radius in the picture. The jump is how far its centre moves."),
                     Wrong(left.radius_px - right.radius_px, "those are the radii. The jump is how far the centre moves: take u."),
                 ),
                 f"{jump:.0f} px, and nothing else tells the cameras how far away the ball is.",
                 of_several="One number: how far apart are the two?",
+                known={
+                    **{f"ball_left.{name}": getattr(left, name) for name in ("u", "v", "radius_px")},
+                    **{f"ball_right.{name}": getattr(right, name) for name in ("u", "v", "radius_px")},
+                },
+                ask="The jump is one u less the other u.",
+                large="that is more than the two are apart. Is it a sum, or millimetres? The jump is one u less the other u.",
             ),
             hints=(
                 "Each detection has u, the distance from the left edge in pixels.",
@@ -102,9 +129,21 @@ def questions(recording: Recording, balls: tuple[Detection, Detection] | None = 
                 ),
                 "near things jump far. Lesson 04 turns that into millimetres.",
                 same=(
-                    ("increases|(gets|becomes) (larger|bigger|more)|larger|bigger", "grows"),
-                    ("decreases|falls|(gets|becomes) (smaller|less)|smaller", "shrinks"),
-                    ("constant|does not change|unchanged", "stays"),
+                    ("(gets|becomes|is|it's)? ?(larger|bigger|more|greater|wider|longer|farther|higher)( jump| jumps)?", "grows"),
+                    ("increas(es|ing|e)|ris(es|e|ing)|(goes |moves )?up|(jumps )?farther|expands", "grows"),
+                    ("(gets|becomes|is|it's)? ?(smaller|less|lower|shorter|narrower)( jump| jumps)?", "shrinks"),
+                    ("decreas(es|ing|e)|falls|fall|drops|(goes |moves )?down|sinks", "shrinks"),
+                    ("(stays |is )?(the )?same|constant|(does not|doesn't|no) change|unchanged|nothing|equal", "stays"),
+                ),
+                beside=(
+                    (".*(zero|vanish|disappear|nothing).*", "only what is very far away stands still. Hold the finger near: does it jump more, or less?"),
+                    (".*(turn|revers|opposite|other way).*", "the direction stays: in the right picture it is always farther left. Does the jump grow or shrink?"),
+                    (".*(near|close|far)[a-z]*", "that is what the ball does. What does its jump do: grow, shrink or stay?"),
+                    (
+                        ".*(doubl|twice|halv|half|quarter|square).*",
+                        "by how much depends on how much nearer it comes. Only the direction is asked for: grows, shrinks or stays?",
+                    ),
+                    (".*(left|right).*", "where to is another question. Does the jump, the number of pixels, grow, shrink or stay?"),
                 ),
             ),
             hints=(
@@ -128,7 +167,23 @@ def questions(recording: Recording, balls: tuple[Detection, Detection] | None = 
                     Wrong(lambda a, b: abs(_length(a) - _length(b)), "those are the distances of the two places from (0, 0, 0). Take the three steps first, then the root."),
                     Wrong(lambda a, b: math.hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm, a.depth_mm), "the third step is a depth less the other depth."),
                     Wrong(lambda a, b: sum(_steps(a, b)) / 3, "that is the mean of the three steps. The straight way: Pythagoras."),
+                    Wrong(lambda a, b: _length(a) + _length(b), "those are the distances of the two places from (0, 0, 0), added. Take the three steps first, then the root."),
                     Wrong(lambda a, b: max(_steps(a, b)), "that is the longest of the three steps; the others count as well."),
+                    Wrong(lambda a, b: math.sqrt(sum(_steps(a, b))), "a root, but of the steps as they are. Square each step first."),
+                    Wrong(lambda a, b: sum(_signed(a, b)) ** 2, "you square the sum. Square each step alone, then add, then take the root."),
+                    Wrong(lambda a, b: abs(sum(_signed(a, b))), "you add the steps before you square them, and those below zero eat up the others. Square each step alone."),
+                    Wrong(lambda a, b: sum(_signed(a, b)) / 3, "that is the mean of the three steps, signs and all. The straight way: Pythagoras."),
+                    Wrong(lambda a, b: math.prod(_signed(a, b)), "you multiply the three steps. Pythagoras adds their squares, and takes the root."),
+                    Wrong(lambda a, b: math.hypot(*_steps(a, b)[:2]) + abs(_signed(a, b)[2]), "hypot takes x and y alone here, and the depth is added after it. All three steps belong into its brackets."),
+                    Wrong(lambda a, b: math.hypot(*_steps(a, b)[:2]) + _signed(a, b)[2], "hypot takes x and y alone here, and the depth is added after it. All three steps belong into its brackets."),
+                    Wrong(lambda a, b: math.hypot(*_all_six(a, b)), "a comma stands where a minus should: hypot takes three steps, each one number less another."),
+                    Wrong(lambda a, b: math.sqrt(abs(_length(a) ** 2 - _length(b) ** 2)), "you square each number and then subtract. First subtract, then square: (a.x_mm - b.x_mm)**2."),
+                    Wrong(lambda a, b: math.hypot(a.x_mm - b.y_mm, a.y_mm - b.x_mm, a.depth_mm - b.depth_mm), "x and y are crossed: each step goes from one x to the other x, from one y to the other y."),
+                    Wrong(lambda a, b: sum(s * s for s in _steps(a, b)) ** (1 / 3), "there are three steps, and still it is a square root: Pythagoras in space."),
+                    Wrong(lambda a, b: math.hypot(a.x_mm, b.x_mm) + math.hypot(a.y_mm, b.y_mm) + math.hypot(a.depth_mm, b.depth_mm), "hypot gets two numbers that are no steps. Give it the three steps, each one number less another."),
+                    Wrong(lambda a, b: math.hypot(*(s * s for s in _steps(a, b))), "hypot squares the steps itself: give it the steps as they are."),
+                    Wrong(lambda a, b: max(_signed(a, b)), "that is the largest of the three steps, signs and all; the others count as well."),
+                    Wrong(lambda a, b: a.x_mm * b.x_mm + a.y_mm * b.y_mm + a.depth_mm * b.depth_mm, "those are products. A step is what one number has less than another: minus."),
                     Wrong(lambda a, b: math.hypot(*_steps(a, b)) / 1000, "that is in metres."),
                     Wrong(lambda a, b: sum(_steps(a, b)), "you add the three steps. The straight way is shorter: Pythagoras."),
                     Wrong(
@@ -165,6 +220,14 @@ def distance_mm(a: Position, b: Position) -> float:
 
 def _length(a):
     return math.hypot(a.x_mm, a.y_mm, a.depth_mm)
+
+
+def _signed(a, b):
+    return a.x_mm - b.x_mm, a.y_mm - b.y_mm, a.depth_mm - b.depth_mm
+
+
+def _all_six(a, b):
+    return a.x_mm, a.y_mm, a.depth_mm, b.x_mm, b.y_mm, b.depth_mm
 
 
 def _steps(a, b):

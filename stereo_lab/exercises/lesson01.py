@@ -28,7 +28,7 @@ def questions(recording: Recording) -> tuple[Question, ...]:
         _corners(board),
         _lines(),
         _unseen(),
-        _baseline(translation, baseline),
+        _baseline(translation, baseline, focal),
         _worth(baseline, focal),
     )
 
@@ -47,6 +47,7 @@ def _projection():
                     lambda p, f, c: (p[0] / p[2] + c[0], p[1] / p[2] + c[1]),
                     "the focal length is missing: f turns X/Z into pixels.",
                 ),
+                Wrong(lambda p, f, c: (f * (p[0] + c[0]) / p[2], f * (p[1] + c[1]) / p[2]), "the centre is in pixels already: add it last, after the division by Z."),
                 Wrong(lambda p, f, c: (f * (p[0] / p[2] + c[0]), f * (p[1] / p[2] + c[1])), "the centre is in pixels already: add it last."),
                 Wrong(lambda p, f, c: (f * p[0] / p[2] + c[1], f * p[1] / p[2] + c[0]), "u takes the first number of the centre, v the second."),
                 Wrong(lambda p, f, c: (f * p[0] / p[2] + c[0], c[1] - f * p[1] / p[2]), "Y goes down, as v does: plus."),
@@ -58,6 +59,9 @@ def _projection():
                 Wrong(lambda p, f, c: (f * p[2] / p[0] + c[0], f * p[2] / p[1] + c[1]), "Z belongs below the line: far things are small."),
                 Wrong(lambda p, f, c: (f * p[0] / p[2] - c[0], f * p[1] / p[2] - c[1]), "the centre is added: a point straight ahead appears there."),
                 Wrong(lambda p, f, c: (c[0] - f * p[0] / p[2], c[1] - f * p[1] / p[2]), "your picture is turned round: what is on the right appears on the right. Plus, both times."),
+                Wrong(lambda p, f, c: (f * p[0] / (p[2] + c[0]), f * p[1] / (p[2] + c[1])), "the brackets take the centre below the line. Only Z stands there; the centre is added last."),
+                Wrong(lambda p, f, c: (p[2] * p[0] / f + c[0], p[2] * p[1] / f + c[1]), "f and Z have changed places: Z belongs below the line, for far things are small."),
+                Wrong(lambda p, f, c: (f * p[0] // p[2] + c[0], f * p[1] // p[2] + c[1]), "// throws the decimals away. Divide by a single /."),
                 Wrong(lambda p, f, c: f * p[1] / p[2] + c[1], "that is v alone. Two numbers, with a comma between them."),
                 Wrong(lambda p, f, c: f * p[0] / p[2] + c[0], "that is u alone. Two numbers, with a comma between them."),
                 Wrong(
@@ -103,6 +107,12 @@ def _corners(board):
                 Wrong((columns - 1, rows - 1), "one too few each way: the dots at the ends of a row count as well."),
                 Wrong((columns - 1, rows), "across one is missing: count the first dot as one."),
                 Wrong((columns, rows - 1), "down one is missing: count the first row as one."),
+                Wrong((rows - 1, columns - 1), "down before across, and one too few each way: the dots at the ends of a row count as well."),
+                Wrong((rows + 1, columns), "down before across, and in one of them you counted squares."),
+                Wrong((rows, columns + 1), "down before across, and in one of them you counted squares."),
+                Wrong((2 * columns, 2 * rows), "that is twice as many each way. Count the dots in one row, and the rows."),
+                Wrong((columns * rows, columns * rows), "that is how many there are in all, twice. Count the dots in one row, and the rows."),
+                Wrong((columns + 1, rows + 2), "too many both ways: only where four squares meet counts, not at the rim."),
                 Wrong((columns + 2, rows + 2), "you counted the outer rim as well. Only where four squares meet counts."),
             ),
             "where four squares meet; the rim does not count.",
@@ -145,6 +155,30 @@ def _lines():
                 "distorts it",
                 "it distorts it",
             ),
+            same=(
+                (
+                    "^(?!.*\\b(and|or|not|no|never)\\b).*(bent|bend|curv|bow|warp|distort|crook|(?<!a)round|arc|deform|bulg).*$|.*not straight.*",
+                    "bends it",
+                ),
+                ("(shifts?|displaces?|pushes|pulls|moved|shifted)( (it|the line))?", "moves it"),
+                ("(makes )?(it )?(blurry|blurred|unsharp|out of focus|fuzzy|smeared|smears)( it)?", "blurs it"),
+                ("(does )?nothing( at all)?|no change|(it )?stays( the same| straight)?", "nothing"),
+            ),
+            beside=(
+                (
+                    ".*colou?r.*",
+                    "some lenses do that a little, too. Follow the solid line near the rim: which shape has it?",
+                ),
+                (".*straight.*", "a pinhole keeps it straight. Follow the solid line near the rim: does the lens?"),
+                (
+                    ".*(magnif|zoom|turn|rotat|tilt|stretch|scal|shrink|long|short|thick|thin|wide|bigger|smaller|larger|flip|mirror).*",
+                    "turned or stretched, a straight line stays straight. Follow one at the rim with a finger: is it straight?",
+                ),
+                (
+                    ".*(break|cut|split|double|vanish|disappear).*",
+                    "it is still one line. Follow it at the rim with a finger: is it straight?",
+                ),
+            ),
         ),
         hints=(
             "Look at the corners of the grid, not at its middle.",
@@ -171,6 +205,36 @@ def _unseen():
             ),
             "what the fit has not seen cannot flatter it.",
             also=("unseen ones", "unseen pair", "new pairs", "other pairs", "others"),
+            same=(
+                (
+                    "((the )?(ones|pairs|pictures|those) )?(which |that )?(it |the fit )?(were |was |are |has |had )?(not|never|n't) (been )?(used|seen|in the fit|fitted)( pairs)?",
+                    "unseen pairs",
+                ),
+                (
+                    "(unused|different|other|new|fresh|unknown|held[- ]?out|left[- ]?out|others)( (pairs|ones|pictures|boards))?",
+                    "unseen pairs",
+                ),
+                (
+                    "(used|seen|known|old|fitted|these|own|all)( (pairs|ones|pictures))?|(the )?pairs of the fit|(the )?pairs that were used",
+                    "the same pairs",
+                ),
+                ("(more|many) (digits|places|figures)|accuracy|precision", "more decimals"),
+            ),
+            beside=(
+                (
+                    "(the )?(left|right).*|(the )?(worst|best|last|first) .*|(the )?(board|chessboard|camera|lens|ruler|median).*",
+                    "on which pairs is the error to be looked at: on those of the fit, or on others?",
+                ),
+                (
+                    ".*(more|many|most|enough|fewer|less|number of|\\d) ?(pairs|pictures|boards|images)?.*",
+                    "more pairs make a better fit. But on which pairs does one see that it is better?",
+                ),
+                (
+                    ".*(error|rms|median|mean|residual|px|pixel|small|low).*",
+                    "a small error, yes. But an error on which pairs: those that it was fitted on, or others?",
+                ),
+                ("(the )?(pairs|pictures|images)", "which pairs: those that it was fitted on, or others?"),
+            ),
         ),
         hints=(
             "How would you find out whether somebody has learned a poem or read it off?",
@@ -183,13 +247,20 @@ def _unseen():
     )
 
 
-def _baseline(translation, baseline):
+def _baseline(translation, baseline, focal):
     return dict(
         asks="How far apart are the two cameras, in mm?",
         answer=Number(
             baseline, 0.06, "mm",
             (
                 Wrong(float(translation[0]), "T[0] is the step to the side alone, with its sign. A distance is above zero and counts all three."),
+                Wrong(
+                    abs(float(translation[0])),
+                    "T[0] is the step to the side alone. On this rig it is nearly all, on another it is not: take all three.",
+                    exact=True,
+                ),
+                Wrong(float(np.hypot(*translation[:2])), "those are two of the three steps. Take all three.", exact=True),
+                Wrong(float(np.hypot(*translation[::2])), "those are two of the three steps. Take all three.", exact=True),
                 Wrong(float(np.abs(translation).sum()), "you added the three steps. The straight distance is Pythagoras in space."),
                 Wrong(baseline / 1000, "that is in metres. This kit counts in millimetres."),
                 Wrong(float(baseline**2), "the square root is missing."),
@@ -198,11 +269,19 @@ def _baseline(translation, baseline):
                 Wrong(float(translation.mean()), "the mean of the three steps is no length. Pythagoras in space: squares, sum, root."),
                 Wrong(float(baseline / np.sqrt(3)), "that is the root of the mean of the squares. A length is the root of their sum."),
                 Wrong(baseline / 2, "that is half of the way."),
+                Wrong(float(np.abs(translation).mean()), "that is the mean of the three steps. The straight distance is Pythagoras in space."),
+                Wrong(float(np.std(translation)), "np.std tells how the three numbers spread. A length is the root of the sum of their squares."),
+                Wrong(float(np.sqrt(np.abs(translation).sum())), "a root, but of the steps as they are. Square each of them first."),
+                Wrong(float(np.prod(translation)), "you multiplied the three steps. Pythagoras in space: squares, sum, root."),
+                Wrong(focal, "that is the focal length, in px. T holds the way from lens to lens."),
                 Wrong(float(translation[1]), "that is the step down alone. Take all three."),
                 Wrong(float(translation[2]), "that is the step ahead alone. Take all three."),
             ),
             f"{baseline:.1f} mm from lens to lens, measured with a sheet of paper.",
             of_several="T has three steps, right, down and ahead. How long is the way as a whole?",
+            known={f"T[{k}]": float(step) for k, step in enumerate(translation)},
+            small="shorter than the step to the side alone. Are these the angles, or another step?",
+            ask="A length is the root of the sum of the squares.",
         ),
         hints=(
             "T is the way from one camera to the other: three numbers in mm.",

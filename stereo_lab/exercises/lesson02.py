@@ -2,37 +2,51 @@
 
 from __future__ import annotations
 
+import math
+
 import cv2
 import numpy as np
 
 from stereo_lab.exercises.answers import Choice, Function, Number, Wrong
 from stereo_lab.exercises.question import Question, lesson
+from stereo_lab.exercises.seats import numbers
 from stereo_lab.recording import Recording
 
-PIXEL_BGR = (30, 40, 200)
 HUES = np.array([0, 2, 6, 7, 8, 30, 90, 120, 171, 172, 173, 175, 179, 180], np.uint8)
-CENTERS = ((10.0, 10.0, 13.0, 14.0), (100.0, 50.0, 100.0, 50.5), (20.0, 30.0, 26.0, 28.5))
+CENTERS = ((10.0, 10.0, 13.0, 14.0), (100.0, 50.0, 100.25, 50.5), (20.0, 30.0, 26.0, 28.5))
 
 
 def questions(recording: Recording) -> tuple[Question, ...]:
-    """Seven questions; the pixel and the numbers are the same for every recording."""
-    return lesson("02", _order(), _wrap(), _lightness(), _votes(), _peak(), _rate(), _error())
+    """Seven questions; the pixel and the numbers are the same for every recording, but for those of a seat."""
+    pixel = numbers(recording.seat).pixel_bgr
+    return lesson("02", _order(pixel), _wrap(), _lightness(pixel), _votes(), _peak(), _rate(), _error())
 
 
-def _order():
+def _order(pixel):
     return dict(
-        asks="A pixel of OpenCV is (30, 40, 200). How much red is in it?",
+        asks=f"A pixel of OpenCV is {pixel}. How much red is in it?",
         answer=Number(
-            PIXEL_BGR[2], 0, "of 255",
+            pixel[2], 0, "of 255",
             (
-                Wrong(PIXEL_BGR[0], "that is its blue: OpenCV's order is blue, green, red."),
-                Wrong(PIXEL_BGR[1], "that is its green, in the middle."),
+                Wrong(pixel[0], "that is its blue: OpenCV's order is blue, green, red."),
+                Wrong(pixel[1], "that is its green, in the middle."),
+                Wrong(0, "that is the place of a number in the row; the number that stands there is asked for: pixel[…]."),
+                Wrong(1, "that is the place of a number in the row; the number that stands there is asked for: pixel[…]."),
+                Wrong(3, "that is how many numbers a pixel has. Which of the three is its red?"),
+                Wrong(255, "255 is the most there can be. How much red has this pixel?"),
+                Wrong(100 * pixel[2] / 255, "that is its share in percent. Take the number as it stands there."),
+                Wrong(pixel[2] / sum(pixel), "that is the share of red in all three. Take the number as it stands there."),
+                Wrong(100 * pixel[2] / sum(pixel), "that is the share of red in all three, in percent. Take the number as it stands there."),
+                Wrong(sum(pixel) / 3, "that is the mean of all three. Red alone is asked for."),
                 Wrong(2, "that is the place of red in the row; the number that stands there is asked for: pixel[…]."),
-                Wrong(sum(PIXEL_BGR), "that is all three added. Red alone is asked for."),
-                Wrong(PIXEL_BGR[2] / 255, "that is its share of the most there can be. Take the number as it stands there."),
+                Wrong(sum(pixel), "that is all three added. Red alone is asked for."),
+                Wrong(pixel[2] / 255, "that is its share of the most there can be. Take the number as it stands there."),
             ),
             "blue, green, red: red comes last.",
             of_several="Take one of them: pixel[0], pixel[1] or pixel[2].",
+            known={f"pixel[{k}]": n for k, n in enumerate(pixel)} | {"255": 255},
+            ask="Take one of the three as it stands there.",
+            beside=(("l|lightness|(the )?(second|middle)( one| number)?", "that is its name. The number that stands there is asked for: hls_pixel[…]."),),
         ),
         hints=(
             "The three numbers are colours in a certain order.",
@@ -41,7 +55,7 @@ def _order():
         ),
         code="red = pixel[2]",
         reason="OpenCV keeps pictures as blue, green, red.",
-        reference=PIXEL_BGR[2],
+        reference=pixel[2],
     )  # fmt: skip
 
 
@@ -60,6 +74,13 @@ def _wrap():
                 Wrong(lambda h: (h >= 7) | (h <= 172), "this is every hue there is. Turn both signs round."),
                 Wrong(lambda h: (h == 7) | (h == 172), "== takes one hue alone: use <= and >=."),
                 Wrong(lambda h: 255 * is_red(h), "these are 255 and 0. True and False are asked for: the comparison itself gives them."),
+                Wrong(lambda h: (h <= 7) | (h <= 172), "these are all hues up to 172. At least 172 is written >=."),
+                Wrong(lambda h: (h >= 7) | (h >= 172), "these are all hues from 7 on. At most 7 is written <=."),
+                Wrong(lambda h: (h <= 14) | (h >= 344), "OpenCV halves the hues already: 0 to 179. The bounds are 7 and 172."),
+                Wrong(lambda h: (h > 0) & (h <= 7) | (h >= 172), "0 is red as well: it is at most 7."),
+                Wrong(lambda h: (h <= 7) ^ (h <= 172), "^ is True where just one of the two is, and the second sign is turned. Use | and >=."),
+                Wrong(lambda h: ~(h <= 7) | (h >= 172), "~ turns the first condition alone round: without it."),
+                Wrong(lambda h: h == 0, "== takes one hue alone: use <= and >=."),
                 Wrong(lambda h: bool(is_red(h).any()), "this is one answer for all hues together. Give one for each."),
                 Wrong(lambda h: h <= 7, "half of red is missing: the hue wraps round, and 175 is red as well."),
                 Wrong(lambda h: h >= 172, "half of red is missing: hues from 0 to 7 are red as well. If you wrote them, put each of the two comparisons in brackets of its own."),
@@ -79,8 +100,8 @@ def _wrap():
     )  # fmt: skip
 
 
-def _lightness():
-    hue, lightness, saturation = (int(n) for n in cv2.cvtColor(np.uint8([[PIXEL_BGR]]), cv2.COLOR_BGR2HLS)[0, 0])
+def _lightness(pixel):
+    hue, lightness, saturation = (int(n) for n in cv2.cvtColor(np.uint8([[pixel]]), cv2.COLOR_BGR2HLS)[0, 0])
     return dict(
         asks="The same pixel in HLS is printed above. What is its lightness?",
         answer=Number(
@@ -88,13 +109,23 @@ def _lightness():
             (
                 Wrong(saturation, "that is its saturation. Other programs write HSL; OpenCV's order is H, L, S."),
                 Wrong(hue, "that is its hue: the tint, 0 to 179."),
+                Wrong(0, "that is a place in the row; the number that stands there is asked for: hls_pixel[…]."),
                 Wrong(1, "that is the place in the row; the number that stands there is asked for: hls_pixel[…]."),
-                Wrong(PIXEL_BGR[2], "that is its red. The numbers of the same pixel in HLS are in hls_pixel."),
+                Wrong(3, "that is how many numbers there are. Which of the three is the lightness?"),
+                Wrong(255, "255 would be white. How light is this pixel?"),
+                Wrong(100 * lightness / 255, "that is its share in percent. Take the number as it stands there."),
+                Wrong(sum(pixel) / 3, "that is the mean of blue, green and red. The numbers of the same pixel in HLS are in hls_pixel."),
+                Wrong((hue + lightness + saturation) / 3, "that is the mean of hue, lightness and saturation. Take one of them."),
+                Wrong(hue + lightness + saturation, "that is all three added. Take one of them."),
+                Wrong(pixel[0], "that is its blue. The numbers of the same pixel in HLS are in hls_pixel."),
+                Wrong(pixel[2], "that is its red. The numbers of the same pixel in HLS are in hls_pixel."),
                 Wrong(lightness / 255, "that is its share of the most there can be. Take the number as it stands there."),
-                Wrong(PIXEL_BGR[1], "that is its green. The numbers of the same pixel in HLS are in hls_pixel."),
+                Wrong(pixel[1], "that is its green. The numbers of the same pixel in HLS are in hls_pixel."),
             ),
             "H, L, S: lightness stands in the middle.",
             of_several="Take one of them: hls_pixel[0], hls_pixel[1] or hls_pixel[2].",
+            known={"hls_pixel[0]": hue, "hls_pixel[1]": lightness, "hls_pixel[2]": saturation, "255": 255},
+            ask="Take one of the three as it stands there.",
         ),
         hints=(
             "The letters of HLS are in the order of the numbers.",
@@ -108,7 +139,7 @@ def _lightness():
 
 
 def _votes():
-    tries = ((100.0, 80.0, 1.0, 0.0, 20.0), (50.0, 60.0, 0.6, -0.8, 10.0))
+    tries = ((100.0, 80.0, 1.0, 0.0, 20.0), (50.5, 60.0, 0.6, -0.8, 12.0))
     return dict(
         asks="An edge pixel at (u, v) with the bright side in direction (du, dv): where does it vote for a centre at radius r?",
         answer=Function(
@@ -119,6 +150,10 @@ def _votes():
                 Wrong(lambda u, v, du, dv, r: (u + r, v + r), "that goes down to the right, whatever the direction is: r times (du, dv)."),
                 Wrong(lambda u, v, du, dv, r: (u + r * dv, v + r * du), "du and dv have changed places."),
                 Wrong(lambda u, v, du, dv, r: (u + r * du, v - r * dv), "one sign is turned: both steps are added."),
+                Wrong(lambda u, v, du, dv, r: (u + r * math.cos(du), v + r * math.sin(dv)), "du and dv are steps of a direction already, no angles: no cos and sin."),
+                Wrong(lambda u, v, du, dv, r: (u + du * dv * r, v + du * dv * r), "du belongs to u alone, and dv to v."),
+                Wrong(lambda u, v, du, dv, r: (u * r + du, v * r + dv), "r belongs to the step, not to the edge pixel: r times (du, dv)."),
+                Wrong(lambda u, v, du, dv, r: (u * du + r, v * dv + r), "the direction belongs to r, not to the edge pixel: r times (du, dv)."),
                 Wrong(lambda u, v, du, dv, r: u + r * du, "that is u alone. Two numbers, with a comma between them."),
                 Wrong(lambda u, v, du, dv, r: (u - r * du, v + r * dv), "one sign is turned: both steps are added."),
                 Wrong(lambda u, v, du, dv, r: (u + r * du, u + r * dv), "the second number starts at v: you copied the first."),
@@ -167,6 +202,33 @@ def _peak():
                 "a smaller ring",
                 "a smaller circle",
             ),
+            same=(
+                (
+                    "(filled|full|solid) (circle|ring)|((big|bigger|large|larger|small|smaller|full) )*dis[ck]|blob|patch|round area",
+                    "disc",
+                ),
+                (
+                    "((hollow|empty|small|smaller|thin|round|tiny|little|one) )*(circles?|rings?|donut|doughnut|hoop|loop|annulus|round line)"
+                    "( with a hole| with nothing inside)?( ((a)?round|about) (the|its) (centre|center|middle))?",
+                    "ring",
+                ),
+                ("(one |big |small |single )?(dot|spot|points?|dots|peak)", "point"),
+                ("(straight )?(lines?|stroke)", "line"),
+            ),
+            beside=(
+                (
+                    ".*(ellips|oval|egg).*",
+                    "the ball is nearly round here, and every vote goes equally far. What do points equally far from one point draw?",
+                ),
+                (
+                    ".*(cross|star|square|triangle|cloud|chaos|noise|mess|random|everywhere|anything|scatter).*",
+                    "each vote ends one radius inwards from its edge pixel, and all edge pixels lie on a circle. Draw four of them: where do they end?",
+                ),
+                (
+                    ".*ball.*",
+                    "the votes are no picture of the ball: each edge pixel marks one place. Draw four of them: where do they end?",
+                ),
+            ),
         ),
         hints=(
             "Each vote goes inwards by one radius.",
@@ -190,6 +252,14 @@ def _rate():
                 Wrong(lambda hits, frames: 100 * (hits // frames), "// throws the decimals away, and hits // frames is 0. Divide by a single /."),
                 Wrong(lambda hits, frames: hits * frames / 100, "divide by frames; the hundred multiplies."),
                 Wrong(lambda hits, frames: frames - hits, "that is the number of misses. How many of a hundred are hits?"),
+                Wrong(lambda hits, frames: 100 - (frames - hits), "that is right for 100 frames alone. How many of a hundred are hits, whatever the number of frames?"),
+                Wrong(lambda hits, frames: hits - frames, "that is the misses, with a minus. How many of a hundred are hits?"),
+                Wrong(lambda hits, frames: hits / frames / 100, "a share becomes percent times a hundred, not over a hundred."),
+                Wrong(lambda hits, frames: hits / frames + 100, "the hundred multiplies: percent is a hundred times the share."),
+                Wrong(lambda hits, frames: 100 - hits / frames, "the hundred multiplies: percent is a hundred times the share."),
+                Wrong(lambda hits, frames: 100 * hits / (hits + frames), "the hits are among the frames already: divide by frames alone."),
+                Wrong(lambda hits, frames: 100 * hits / (frames - hits), "that is hits for each miss. Divide by all frames."),
+                Wrong(lambda hits, frames: hits / (frames - hits), "that is hits for each miss. Divide by all frames."),
                 Wrong(lambda hits, frames: frames / hits, "upside down: hits belong above the line. And times a hundred."),
                 Wrong(lambda hits, frames: (frames - hits) / frames, "that is the share of misses."),
                 Wrong(lambda hits, frames: 100 * frames / hits, "this is above 100: hits belong above the line."),
@@ -215,8 +285,30 @@ def _error():
                 Wrong(lambda u, v, a, b: ((u - a) ** 2 + (v - b) ** 2) / 2, "**1/2 is first **1 and then half of it. A root is **0.5 or **(1/2)."),
                 Wrong(lambda u, v, a, b: max(abs(u - a), abs(v - b)), "that is the longer of the two steps; the other one counts as well."),
                 Wrong(lambda u, v, a, b: (abs(u - a) + abs(v - b)) / 2, "that is the mean of the two steps. The straight way: Pythagoras."),
+                Wrong(lambda u, v, a, b: math.sqrt(abs(u - a) + abs(v - b)), "a root, but of the steps as they are. Square each step first."),
+                Wrong(lambda u, v, a, b: math.sqrt(abs(u * u - a * a + v * v - b * b)), "you square each number and then subtract. First subtract, then square: (u - a)**2."),
+                Wrong(lambda u, v, a, b: np.hypot((u - a) ** 2, (v - b) ** 2), "np.hypot squares the steps itself: give it the steps as they are."),
+                Wrong(lambda u, v, a, b: (u - a) ** 2 - (v - b) ** 2, "the squares are added, not subtracted; and the root comes last."),
+                Wrong(lambda u, v, a, b: abs(u - a) + (v - b) ** 2, "the root belongs to the sum of both squares: one more pair of brackets."),
+                Wrong(lambda u, v, a, b: (u - a) ** 2 + abs(v - b), "the root belongs to the sum of both squares: one more pair of brackets."),
+                Wrong(lambda u, v, a, b: (u - a) * (v - b), "you multiply the two steps. Pythagoras adds their squares, and takes the root."),
+                Wrong(lambda u, v, a, b: (u - a) / (v - b), "you divide the two steps: that is a slope. How long is the way?"),
+                Wrong(lambda u, v, a, b: (v - b) / (u - a), "you divide the two steps: that is a slope. How long is the way?"),
+                Wrong(lambda u, v, a, b: np.arctan2(v - b, u - a), "that is the direction of the way, an angle. How long is it?"),
+                Wrong(lambda u, v, a, b: ((u - a) ** 2 + (v - b) ** 2) ** 2, "squared once too often: each step squared, added, and then the root, **0.5."),
+                Wrong(lambda u, v, a, b: (u - a + v - b) ** 2, "you square the sum. Square each step alone, then add, then take the root."),
+                Wrong(lambda u, v, a, b: abs(u - a + v - b), "you add the steps before you square them, and those below zero eat up the others. Square each step alone."),
+                Wrong(lambda u, v, a, b: (u - a + v - b) / 2, "that is the mean of the two steps, signs and all. The straight way: Pythagoras."),
+                Wrong(lambda u, v, a, b: min(abs(u - a), abs(v - b)), "that is the shorter of the two steps; the other one counts as well."),
+                Wrong(lambda u, v, a, b: abs(u - v) - abs(a - b), "the steps go from u to a and from v to b."),
+                Wrong(lambda u, v, a, b: np.hypot(u * a, v * b), "a step is what one coordinate has less than the other: minus, not times."),
+                Wrong(lambda u, v, a, b: u * a + v * b, "that is a sum of products. Take the two steps, u less a and v less b: how long is the way?"),
+                Wrong(lambda u, v, a, b: np.hypot(u, a) - np.hypot(v, b), "hypot gets two numbers that are no steps. Give it u less a, and v less b."),
+                Wrong(lambda u, v, a, b: np.hypot(u, a) + np.hypot(v, b), "hypot gets two numbers that are no steps. Give it u less a, and v less b."),
                 Wrong(lambda u, v, a, b: u - a + v - b, "you added the two steps, signs and all. The straight way: Pythagoras."),
                 Wrong(lambda u, v, a, b: np.hypot(u, v) - np.hypot(a, b), "those are the distances of both from the picture's corner. Take the two steps first."),
+                Wrong(lambda u, v, a, b: np.hypot(u, v) + np.hypot(a, b), "those are the distances of both from the picture's corner, added. Take the two steps first."),
+                Wrong(lambda u, v, a, b: (u - a) ** 2 * (v - b) ** 2, "the squares are added, not multiplied; and the root comes last."),
                 Wrong(lambda u, v, a, b: abs(u - a), "that is the step along u alone."),
                 Wrong(lambda u, v, a, b: abs(v - b), "that is the step along v alone."),
                 Wrong(lambda u, v, a, b: np.hypot(u - v, a - b), "the steps go from u to a and from v to b."),

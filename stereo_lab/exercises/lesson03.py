@@ -18,14 +18,15 @@ MORE = (np.array([10.0, 20.0, 40.0]), np.array([1.0, 4.0, 9.0]))
 
 def questions(recording: Recording) -> tuple[Question, ...]:
     """Six questions; see :mod:`stereo_lab.exercises`."""
-    (v0, y0), (v1, y1), slope, focal, center = _facts(str(recording.path))
+    (v0, y0), (v1, y1), lines, focal, center = _facts(str(recording.path))
+    slope, offset, slope_of_y = lines
     tries = ((center + 100.0, 1000.0, focal, center), (center - 50.0, 2000.0, focal, center))
     return lesson(
         "03",
         _sign(),
         _slope(v0, y0, v1, y1),
         _least_squares(),
-        _finer_pixels(slope),
+        _finer_pixels(slope, offset, slope_of_y),
         _twice_as_far(),
         _perspective(tries),
     )
@@ -42,8 +43,18 @@ def _sign():
             ),
             "v grows downwards in a picture, y grows upwards on the bench.",
             same=(
-                ("(less|smaller|lower) than zero", "below"), ("under zero|negative|minus", "below"), ("below zero", "below"),
-                ("(more|larger|greater|higher) than zero", "above"), ("over zero|positive|plus", "above"), ("above zero", "above"),
+                ("(less|smaller|lower) than (zero|0)|(under|below) (zero|0)|negative|minus|(m )?<=? ?0", "below"),
+                ("(more|larger|bigger|greater|higher) than (zero|0)|(over|above) (zero|0)|positive|plus|(m )?>=? ?0", "above"),
+                ("0|(m )?=+ ?0|flat|level|neither", "zero"),
+            ),
+            beside=(
+                ("(it |that )?(depends|varies|changes).*", "a straight line has one slope, everywhere. Look at the table: v grows, and y?"),
+                ("one|two|three", "its size is not asked for. Is it above or below zero?"),
+                ("[+]", "the sign of a number above zero. Think again which way y goes when v grows, and write the word."),
+                ("-.*", "a number with a minus is on one side of zero: above, or below? Write the word."),
+                (".*\\d.*", "on which side of zero is that number: above, or below? Write the word."),
+                ("(.* )?(down(wards)?|up(wards)?|falls|falling|rises|rising)", "that is which way the line goes. Is its slope a number above zero, or below?"),
+                ("m|the slope|slope", "that is its name. Is it above or below zero?"),
             ),
         ),
         hints=(
@@ -64,11 +75,19 @@ def _slope(v0, y0, v1, y1):
         answer=Number(
             right, 0.02 * abs(right), "mm per px",
             (
+                Wrong(y0 - right * v0, "that is the offset c, the y of row 0. The slope is one step over the other."),
                 Wrong(y1 - y0 / v1 - v0, "brackets are missing: Python divides before it takes away. (… - …) / (… - …)"),
                 Wrong((y1 - y0) / v1 - v0, "brackets are missing below the line: / (v1 - v0)."),
+                Wrong(y0 - y1 / v0 - v1, "brackets are missing: Python divides before it takes away. (… - …) / (… - …)"),
+                Wrong((y0 - y1) / v0 - v1, "brackets are missing below the line: / (v0 - v1)."),
+                Wrong(y0 - y1 / (v0 - v1), "brackets are missing above the line: (y0 - y1) / …"),
+                Wrong(y0 / v0 - y1 / v1, "first the two steps, then one divided by the other: (y1 - y0) / …"),
+                Wrong(y1 / v1 - y0 / v0, "first the two steps, then one divided by the other: (y1 - y0) / …"),
                 Wrong(y1 - y0 / (v1 - v0), "brackets are missing above the line: (y1 - y0) / …"),
                 Wrong(-right, "the sign is turned: one row down is less y, so the slope is below zero. Take the same order above and below the line, and no abs."),
                 Wrong(1 / right, "that is px per mm. Millimetres belong above the line, pixels below."),
+                Wrong(math.hypot(v1 - v0, y1 - y0), "Pythagoras has no place here: mm and px do not add up. The slope is the one step over the other."),
+                Wrong((-y1 - y0) / (v1 - v0), "the sign of y1 is turned: where it is below zero, the way from y0 to it is the longer one."),
                 Wrong(y1 - y0, "that is the step in y alone. Divide it by the step in v."),
                 Wrong(v1 - v0, "that is the step in v alone. It belongs below the line, the step in y above it."),
                 Wrong(y1 / v1, "that is one sample alone, as a line through (0, 0). Take the steps from one to the other."),
@@ -82,6 +101,8 @@ def _slope(v0, y0, v1, y1):
                 Wrong(math.degrees(math.atan((y1 - y0) / (v1 - v0))), "that is an angle. The slope is the one step over the other."),
             ),
             f"one row down is {-right:.1f} mm down on the bench.",
+            known={"y0": y0, "y1": y1, "v0": v0, "v1": v1},
+            ask="The step in y belongs above the line, the step in v below it, both from the same sample to the other.",
         ),
         hints=(
             "Two samples: (v0, y0) and (v1, y1).",
@@ -115,8 +136,25 @@ def _least_squares():
                 Wrong(lambda p, q: ((p - p.mean()) ** 2).sum() / _products(p, q).sum(), "upside down: the pixels alone, squared, belong below the line."),
                 Wrong(lambda p, q: _products(p, q).mean() / ((p - p.mean()) ** 2).sum(), "a mean above the line and a sum below it: take the same both times."),
                 Wrong(lambda p, q: np.polyfit(p, q, 1), "np.polyfit gives two numbers, slope and offset. The slope is [0]."),
+                Wrong(lambda p, q: np.polyfit(p, q, 2)[0], "a 2 fits a parabola, and [0] is its bend. A straight line has 1."),
                 Wrong(lambda p, q: np.polyfit(p, q, 1)[1], "that is the offset, where the line meets pixel 0. The slope is [0]."),
                 Wrong(lambda p, q: np.cov(p, q)[0, 1] / p.var(), "np.cov divides by one less than there are, .var() by all. Take sums both times."),
+                Wrong(lambda p, q: _slopes(p, q).sum(), "a sum of fractions is not the fraction of the sums: .sum() above the line, and once more below it."),
+                Wrong(lambda p, q: _slopes(p, q).mean(), "a mean of fractions is not the fraction of the sums: .sum() above the line, and once more below it."),
+                Wrong(lambda p, q: q.mean() / p.mean(), "that is the line through (0, 0) and the middle of the samples. Take the steps from the means."),
+                Wrong(lambda p, q: _products(p, q).sum() / (p * p).sum(), "below the line, too, the mean is taken away first: (pixels - pixels.mean())**2."),
+                Wrong(lambda p, q: ((q - q.mean()) ** 2).sum() / _products(p, q).sum(), "the pixels stand once, the millimetres three times. The products belong above the line, the squared pixel steps below it."),
+                Wrong(lambda p, q: (p * q).sum() / ((p - p.mean()) ** 2).sum(), "above the line, too, the means are taken away first."),
+                Wrong(lambda p, q: _products(p, -q).sum() / ((p - p.mean()) ** 2).sum(), "the sign is turned."),
+                Wrong(lambda p, q: ((p + p.mean()) * (q + q.mean())).sum() / ((p + p.mean()) ** 2).sum(), "the means are taken away: minus, not plus."),
+                Wrong(lambda p, q: ((p - q.mean()) * (q - p.mean())).sum() / ((p - p.mean()) ** 2).sum(), "the means are crossed: from the pixels their own mean, from the millimetres theirs."),
+                Wrong(lambda p, q: (np.diff(q) / np.diff(p)).mean(), "that is the mean of the slopes from each sample to the next. Take the steps from the means."),
+                Wrong(lambda p, q: np.ptp(q) / np.ptp(p), "highest less lowest tells nothing of the sign, nor of the samples between. Take the steps from the means."),
+                Wrong(lambda p, q: np.corrcoef(p, q)[0, 1], "that is how well they lie on a line, from -1 to 1. How steep is the line?"),
+                Wrong(lambda p, q: q.std() / p.std(), "that is how far the millimetres spread for each pixel of spread. What belongs together, sample by sample, is lost in it."),
+                Wrong(lambda p, q: (q - p).mean(), "mm and px are subtracted here. A slope is mm for each px: a fraction."),
+                Wrong(lambda p, q: ((q - q.mean()) ** 2).sum() / ((p - p.mean()) ** 2).sum(), "above the line the millimetres stand twice. It is a pixel step times a millimetre step."),
+                Wrong(lambda p, q: _products(p, q).mean(), "that is what stands above the line, over the number of samples. Below the line stands the sum of the squared pixel steps."),
                 Wrong(lambda p, q: (q / p).mean(), "that is a mean of lines through (0, 0). Take the means away first."),
                 Wrong(
                     lambda p, q: ((p - p.mean()) * (q - q.mean())).sum() / ((q - q.mean()) ** 2).sum(),
@@ -125,6 +163,7 @@ def _least_squares():
             ),
             "the line with the smallest sum of squared misses.",
             also=(lambda p, q: np.polyfit(p, q, 1)[0],),
+            endless="something below a line is zero, or nearly. Steps from a mean add up to zero: square each of them first.",
         ),
         hints=(
             "Take the mean away from the pixels, and from the millimetres.",
@@ -150,10 +189,18 @@ def _twice_as_far():
             (
                 Wrong(0.5, "the other way round: the rays spread. Far away, one pixel covers more millimetres."),
                 Wrong(1.0, "Eq. 2 says so, because it knows nothing of depth. Look along one ray: where is it at twice the depth?"),
+                Wrong(3.0, "twice as far away, not three times. Follow one ray: it goes straight on."),
+                Wrong(8.0, "that is how a volume grows. A length grows with the distance itself."),
+                Wrong(2**0.5, "no root: a ray goes straight on. At twice the depth, how far to the side is it?"),
+                Wrong(1.5, "a ray goes straight on. At one and a half times the depth it would be that; here it is twice the depth."),
+                Wrong(0.0, "only a ball right in the middle has x = 0, at any depth. Follow a ray that goes to the side."),
+                Wrong(-1.0, "the other side of the middle? A ray goes straight on. At twice the depth, how far to the side is it?"),
                 Wrong(0.25, "the other way round, and not squared: a length grows with the distance itself."),
                 Wrong(4.0, "areas grow with the square of the distance; a length grows with the distance itself."),
             ),
             "measured from the point the camera looks at: twice as far, twice as wide.",
+            small="then the ray would bend to the middle on its way. It goes straight on: how far to the side is it at twice the depth?",
+            large="then the ray would bend outwards on its way (and how many times is asked for, not how many mm). It goes straight on: how far to the side is it at twice the depth?",
         ),
         hints=(
             "One pixel is one ray. Follow it away from the camera.",
@@ -176,6 +223,15 @@ def _perspective(tries):
                 Wrong(lambda u, z, f, c: u * z / f - c, "the centre is in pixels: take it from u, before the rest."),
                 Wrong(lambda u, z, f, c: u * f / z + c, "that is the other way, from mm to pixels (lesson 01). Turn it round: c away first, then times Z, over f."),
                 Wrong(lambda u, z, f, c: (u + c) * z / f, "take the centre away from u: minus."),
+                Wrong(lambda u, z, f, c: u / f * z + c, "take the centre away from u, first of all: minus, in brackets."),
+                Wrong(lambda u, z, f, c: z / (f * (u - c)), "u − c belongs above the line: the farther from the middle, the farther to the side."),
+                Wrong(lambda u, z, f, c: z * f / (u - c), "u − c belongs above the line, the focal length below it."),
+                Wrong(lambda u, z, f, c: (u - c) + z / f, "a slope times a depth is a length: times, not plus."),
+                Wrong(lambda u, z, f, c: (u * f - c) / z, "that is the other way, from mm to pixels, and the centre goes away first. Then times Z, over f."),
+                Wrong(lambda u, z, f, c: u * f / z - c, "that is the other way, from mm to pixels (lesson 01). Turn it round: c away first, then times Z, over f."),
+                Wrong(lambda u, z, f, c: (u / f - c) * z, "the centre is in pixels: take it from u, before you divide."),
+                Wrong(lambda u, z, f, c: (u - c / f) * z, "brackets are missing: (u - center_px) first."),
+                Wrong(lambda u, z, f, c: u - c / f * z, "brackets are missing: (u - center_px) first."),
                 Wrong(lambda u, z, f, c: f / ((u - c) * z), "upside down."),
                 Wrong(lambda u, z, f, c: (u * z - c) / f, "brackets: (u - center_px) first, then times Z."),
                 Wrong(lambda u, z, f, c: (u - c) * z / f + c, "the centre is in pixels, your result in mm: it was taken away once, that is all."),
@@ -201,7 +257,7 @@ def _perspective(tries):
     )  # fmt: skip
 
 
-def _finer_pixels(slope):
+def _finer_pixels(slope, offset, slope_of_y):
     return dict(
         asks="The same scene with twice as many columns: what is the slope of Eq. 2 then, in mm per px?",
         answer=Number(
@@ -213,9 +269,22 @@ def _finer_pixels(slope):
                 Wrong(0.5, "that is how much of the slope is left. The slope itself is asked for, in mm per px."),
                 Wrong(2.0, "by 2, but which way? And the slope itself is asked for, in mm per px."),
                 Wrong(slope**2, "a square has no place here. How many mm does one of the finer pixels cover?"),
+                Wrong(1 / slope, "that is px per mm. How many mm does one of the finer pixels cover?"),
+                Wrong(1 / (2 * slope), "that is px per mm. How many mm does one of the finer pixels cover?"),
+                Wrong(2 / slope, "that is px per mm. How many mm does one of the finer pixels cover?"),
+                Wrong(slope**0.5, "a root has no place here. How many mm does one of the finer pixels cover?"),
+                Wrong(slope - 2, "not two less: the width that was one pixel is two pixels now. What part of it does one cover?"),
+                Wrong(slope + 2, "not two more: the width that was one pixel is two pixels now. What part of it does one cover?"),
+                Wrong(slope - 0.5, "not a half less, but half of it."),
+                Wrong(0.0, "then every pixel would lie at the same x. How many mm does one of the finer pixels cover?"),
                 Wrong(4 * slope, "then a pixel would cover more of the bench. There are more of them now, side by side on the same width."),
             ),
             "the same millimetres, shared by twice as many pixels.",
+            known={"x_line.slope_mm_per_px": slope, "x_line.offset_mm": offset, "y_line.slope_mm_per_px": slope_of_y, "640": 640},
+            ask="How many mm does one of the finer pixels cover?",
+            beside=(("(it )?(stays )?(the )?(same|unchanged|equal)( as before)?", "then twice as many pixels would cover twice the width. But the camera sees what it saw before."),),
+            small="then twice as many pixels would cover less than the camera saw before.",
+            large="then twice as many pixels would cover more than the camera saw before.",
         ),
         hints=(
             "How many millimetres of the bench does one pixel cover now? And how many if there are twice as many of them?",
@@ -226,6 +295,10 @@ def _finer_pixels(slope):
         reason="The slope is millimetres per pixel. More pixels on the same millimetres: fewer millimetres for each.",
         reference=slope / 2,
     )  # fmt: skip
+
+
+def _slopes(pixels, lengths_mm):
+    return (lengths_mm - lengths_mm.mean()) / (pixels - pixels.mean())
 
 
 def _products(pixels, lengths_mm):
@@ -245,7 +318,7 @@ def camera_x(u: float, z_mm: float, focal_px: float, center_px: float) -> float:
 
 @lru_cache(maxsize=4)
 def _facts(path):
-    """(v, y) of two samples as the paper's way sees them, its slope of Eq. 2, the focal length, the principal column."""
+    """(v, y) of two samples as the paper's way sees them, slope and offset of its Eq. 2 and slope of its Eq. 1, the focal length, the principal column."""
     recording = open_recording(path)
     localizer = Localizer.fit(recording, method="paper")
     seen = []
@@ -255,4 +328,6 @@ def _facts(path):
             seen.append((localizer.calibration.rectify_centers(*pair)[0][1], sample.measured.y_mm))
     seen.sort()
     calibration = localizer.calibration
-    return seen[0], seen[-1], localizer.way.x_line.slope_mm_per_px, calibration.focal_px, calibration.center_px[0]
+    x_line, y_line = localizer.way.x_line, localizer.way.y_line
+    lines = x_line.slope_mm_per_px, x_line.offset_mm, y_line.slope_mm_per_px
+    return seen[0], seen[-1], lines, calibration.focal_px, calibration.center_px[0]

@@ -18,11 +18,11 @@ def questions(recording: Recording) -> tuple[Question, ...]:
     return lesson(
         "04",
         _twice_as_far(),
-        _disparity(left_u, right_u, raw_px),
+        _disparity(left_u, right_u, raw_px, baseline, focal),
         _eq3(tries),
         _unknowns(),
         _one_pixel(far),
-        _wider(baseline),
+        _wider(baseline, focal),
     )
 
 
@@ -39,9 +39,51 @@ def _twice_as_far():
             ),
             "disparity times depth stays the same: half of one, twice the other.",
             same=(
-                ("half as (large|big|much|far)|(gets |is |becomes )?(halved|half)|divides by 2|1/2|0.5", "halves"),
-                ("a quarter|four times smaller", "quarters"),
-                ("grows|(gets|becomes) (larger|bigger)|twice as large", "doubles"),
+                (
+                    "half as (large|big|much|far|wide)|(gets |is |becomes |goes )?(to |down to )?(halved|halfs|half)( of it)?|divides by 2|divided by 2|1/2|0.5|50 ?%",
+                    "halves",
+                ),
+                ("(a |one )?quarter|four times smaller|1/4|0.25|divided by 4", "quarters"),
+                ("twice( as (large|big|much|far))?|two times( larger| bigger)?|2x|times 2", "doubles"),
+                ("(stays )?(the )?same|constant|nothing|no change|unchanged|(does not|doesn't) change", "stays"),
+            ),
+            beside=(
+                (
+                    ".*squar.*",
+                    "areas and squares have no place here: it is a length. Twice as far away, how long is it?",
+                ),
+                (
+                    ".*(zero|vanish|disappear|nothing).*",
+                    "only at no end of distance it is zero. At twice the depth, what part of it is left?",
+                ),
+                (
+                    ".*(negative|below|minus|sign).*",
+                    "below zero it would be behind the cameras. At twice the depth, what part of it is left?",
+                ),
+                (
+                    "(a |one )?third|(a |one )?fifth",
+                    "twice as far, and Z = B·f/d: what must become of d, so that Z is doubled?",
+                ),
+                (
+                    "(it )?(gets|becomes|is|goes)? ?(smaller|less|shrinks?|decreases?|falls|drops|down|lower)( a (bit|little|lot))?",
+                    "smaller, yes. By how much: to half, to a quarter, or by a fixed number?",
+                ),
+                (
+                    "(it )?(gets|becomes|is|goes)? ?(larger|bigger|more|grows?|increases?|rises|up|higher)",
+                    "far things jump less, not more. Try it with a finger.",
+                ),
+                (
+                    "(it )?(squares?|four times( as (large|much))?|quadruples|times 4)",
+                    "far things jump less, not more, and a length is not squared. Look at the two triangles.",
+                ),
+                (
+                    "(it )?(is |becomes |gets )?(zero|0|nothing left)",
+                    "only infinitely far away. At twice the distance something is left: what part?",
+                ),
+                (
+                    "(minus |- ?|.*by )\\d+.*",
+                    "a fixed number taken away would bring it below zero sooner or later: behind the cameras. What part of it is left?",
+                ),
             ),
         ),
         hints=(
@@ -55,22 +97,30 @@ def _twice_as_far():
     )
 
 
-def _disparity(left_u, right_u, raw_px):
+def _disparity(left_u, right_u, raw_px, baseline, focal):
     right = left_u - right_u
     return dict(
         asks="What is the disparity of the ball in the pair above?",
         answer=Number(
             right, 0.3, "px",
             (
+                Wrong(right + 1, "not one more: u is a place, and a way is one place less the other."),
                 Wrong(-right, "your disparity is below zero: the ball would be behind the cameras. Take left minus right."),
                 Wrong(left_u + right_u, "you added the two columns. Disparity is how far they are apart."),
                 Wrong(left_u, "that is the column in the left picture alone."),
                 Wrong(raw_px, "those are the raw columns, as the pictures come. Take the rectified ones: u_left and u_right."),
                 Wrong(right_u, "that is the column in the right picture alone."),
                 Wrong((left_u + right_u) / 2, "that is the middle between the two columns. How far are they apart?"),
+                Wrong(baseline * focal / right, "that is a depth already, in mm. The disparity is in px: how many columns lie between the two?"),
+                Wrong(left_u**2 - right_u**2, "squares have no place here. How many columns lie between the two?"),
                 Wrong(left_u / right_u, "you divided. How many columns lie between the two?"),
             ),
             f"{right:.1f} px, and above zero, as for everything in front of the cameras.",
+            known={"u_left": left_u, "u_right": right_u, "the raw columns, left less right,": raw_px, "baseline_mm": baseline, "focal_px": focal},
+            ask="How many columns lie between u_left and u_right?",
+            small="fewer columns than lie between the two. Are these rows? Take u_left and u_right.",
+            large="more columns than lie between the two. Are these millimetres, or a sum? Take u_left and u_right.",
+            of_several="How many columns lie between the two?",
         ),
         hints=(
             "u_left and u_right are columns, counted from the left edge.",
@@ -117,9 +167,15 @@ def _unknowns():
             (
                 Wrong(1, "one sample gives one equation, and Eq. 4 has three unknown numbers."),
                 Wrong(2, "two equations leave one of the three numbers m, n, c open."),
+                Wrong(0, "with no sample at all m, n and c could be any numbers. How many of them are unknown?"),
+                Wrong(5, "Eq. 4 has five letters; Z and d are measured in each sample. How many are unknown?"),
+                Wrong(6, "so many are in the depth set: some to fit, some to check. How many does the fit need at least?"),
                 Wrong(4, "four are more than needed: with three unknowns, three equations decide."),
             ),
             "three unknowns, three equations: solved exactly, with nothing left to check it by.",
+            beside=(("(as )?(many|more|all|every).*", "more samples make the fit better. How many does Eq. 4 need at least?"),),
+            small="fewer equations than unknowns leave some of m, n and c open.",
+            large="that is more than it needs. Each sample gives one equation: how many numbers of Eq. 4 are unknown?",
         ),
         hints=(
             "Count the letters in Eq. 4 that are neither Z nor d.",
@@ -146,8 +202,17 @@ def _one_pixel(tries):
                     lambda z, f, b: z - b * f / (b * f / z - 1),
                     "below zero: with a pixel less the ball seems farther away. Take the smaller depth from the larger one.",
                 ),
+                Wrong(lambda z, f, b: b * f / (b * f / z + 1) - z, "that is one pixel more, and so the ball is nearer: below zero. Take a pixel from the disparity."),
+                Wrong(lambda z, f, b: b * f / (z - 1), "depth_mm takes a disparity, and z_mm is a depth. First d = B·f/Z, then depth_mm of d − 1, less z_mm."),
                 Wrong(lambda z, f, b: b * f / (z - 1) - z, "the pixel is taken from the disparity, not from the depth: first d = B·f/Z, then d − 1."),
                 Wrong(lambda z, f, b: b * f / z - b * f / (z - 1), "depth_mm takes a disparity. First d = B·f/Z, then d − 1."),
+                Wrong(lambda z, f, b: b * f / (b * f / z - 1) + z, "old and new depth are added. By how much is the new one larger? Take the old one away."),
+                Wrong(lambda z, f, b: b * f - z, "that is how far it is from here to a disparity of one pixel. Take one pixel from the disparity it has: d − 1."),
+                Wrong(lambda z, f, b: b * f / z - 1, "that is the new disparity. Which depth has it, and by how much is that more than z_mm?"),
+                Wrong(lambda z, f, b: z - 1, "a pixel is no millimetre: take it from the disparity, not from the depth. First d = B·f/Z, then d − 1."),
+                Wrong(lambda z, f, b: 0.0 * z, "there and back: the depth at the same disparity is the depth it had. Take one pixel from the disparity first."),
+                Wrong(lambda z, f, b: z, "that is the depth it has. Take one pixel from its disparity: which depth is that, and by how much is it more?"),
+                Wrong(lambda z, f, b: z**2 / (f + b), "f and B stand below the line as a product: times, not plus."),
                 Wrong(lambda z, f, b: z**2 / f * b, "brackets are missing under the line: / (focal_px * baseline_mm)."),
                 Wrong(lambda z, f, b: z * 2 / (f * b), "that is twice Z. Squared is **2."),
                 Wrong(lambda z, f, b: b * f / (b * f / z - 2) - z, "that is for two pixels."),
@@ -162,7 +227,7 @@ def _one_pixel(tries):
                 lambda z, f, b: z**2 / (f * b),
                 lambda z, f, b: b * f / (b * f / z - 0.5) - b * f / (b * f / z + 0.5),
             ),
-            relative=0.08,
+            relative=0.12,
         ),
         hints=(
             "Which disparity does a ball at z_mm have? Eq. 3 says it, turned round: d = B·f/Z.",
@@ -179,7 +244,7 @@ def _one_pixel(tries):
     )  # fmt: skip
 
 
-def _wider(baseline):
+def _wider(baseline, focal):
     return dict(
         asks="Which baseline halves the error of this rig?",
         answer=Number(
@@ -188,12 +253,25 @@ def _wider(baseline):
                 Wrong(baseline / 2, "half the baseline doubles the error: B stands under the line."),
                 Wrong(4 * baseline, "four times the baseline makes a quarter of the error: B is not squared, Z is."),
                 Wrong(baseline, "that is the baseline this rig has."),
+                Wrong(3 * baseline, "three times the baseline makes a third of the error."),
+                Wrong(1.5 * baseline, "one and a half times the baseline makes two thirds of the error. Half is asked for."),
+                Wrong(baseline / 4, "a narrower baseline makes the error larger: B stands under the line."),
+                Wrong(10 * baseline, "ten times the baseline makes a tenth of the error. Half is asked for."),
+                Wrong(focal, "that is the focal length, in px. Which baseline halves the error?"),
+                Wrong(2 * focal, "twice the focal length halves it as well; but the baseline is asked for, in mm."),
+                Wrong(baseline + 2, "not two more: two times as much."),
+                Wrong(baseline + 100, "not 100 mm more: what part of the error is left then?"),
+                Wrong(0.0, "without a baseline both cameras see the same, and there is no depth at all."),
                 Wrong(2, "that is how many times as wide. The baseline itself is asked for, in mm."),
                 Wrong(0.5, "half the error, yes. Which baseline gives it, in mm?"),
                 Wrong(baseline**2, "a square has no place here: B stands under the line, once."),
                 Wrong(baseline * 2**0.5, "B stands under the line once, not squared: no root."),
             ),
             "twice the baseline. What it costs: near things fall out of one of the two pictures.",
+            known={"calibration.baseline_mm": baseline, "calibration.focal_px": focal, "2": 2},
+            ask="The error has B under the line: how must B change, if half of the error is to be left?",
+            small="that leaves more than half of the error. B stands under the line: what must become of it?",
+            large="that leaves less than half of the error. B stands under the line: what must become of it?",
         ),
         hints=(
             "Where does B stand in the formula of the limit?",

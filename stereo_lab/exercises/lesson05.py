@@ -42,15 +42,23 @@ def _nearest(l1, l2, elbow_limits_deg):
             right, 0.5, "mm",
             (
                 Wrong(0.0, "the hand could touch the shoulder only if both links were equally long."),
+                Wrong(l1 * l2, "a length times a length is an area. Fold the arm: what is left of the upper arm?"),
                 Wrong(l1 + l2, "that is the arm stretched out: the farthest, not the nearest."),
                 Wrong(l2, "that is the forearm alone. Fold it back along the upper arm: what is left?"),
                 Wrong(math.hypot(l1, l2), "that is with the elbow at a right angle. Fold it wholly."),
                 Wrong(l1 / l2, "a length divided by a length is no length. Fold the arm: what is left of the upper arm?"),
                 Wrong(l1, "that is where the elbow is. Now fold the forearm back."),
                 Wrong(-right, "a distance is not below zero."),
+                Wrong(abs(l1**2 - l2**2) ** 0.5, "that is a right angle at the hand. Fold the arm wholly, and no Pythagoras is needed."),
+                Wrong(l2 / l1, "a length divided by a length is no length. Fold the arm: what is left of the upper arm?"),
+                Wrong((l1 + l2) / 2, "the mean of the two has no place here. Fold the forearm back along the upper arm: what is left?"),
                 Wrong(folded, "that is where the stop of the elbow lets it come. Here the limits are left out."),
             ),
             f"{right:.0f} mm: the forearm lies folded along the upper arm.",
+            known={"l1": l1, "l2": l2},
+            ask="Fold the forearm back along the upper arm: what is left of it?",
+            small="so near it cannot come. Fold the forearm back along the upper arm: what is left of it?",
+            large="it can come nearer. Fold the forearm back along the upper arm: what is left of it?",
         ),
         hints=(
             "Fold the arm like a pocket knife.",
@@ -91,6 +99,25 @@ def _forward(poses):
                                         a * math.cos(s * DEGREE) + b * math.cos((s + t) * DEGREE)),
                     "x and y are swapped: at 0 degrees the arm points along x.",
                 ),
+                Wrong(lambda a, b, s, t: _walks(a, s, b, t, 1.0), "math.cos counts in radians; and the forearm points to θ1 + θ2, not to θ2."),
+                Wrong(lambda a, b, s, t: _walks(a, s, b, t - s), "a difference of the two angles. The forearm points to θ1 + θ2."),
+                Wrong(lambda a, b, s, t: _walks(a, s, b, 180 - t), "180° − θ2 is the triangle's own angle. The forearm points to θ1 + θ2."),
+                Wrong(lambda a, b, s, t: _walks(a, s, b, s * t), "the two angles are added, not multiplied: θ1 + θ2."),
+                Wrong(lambda a, b, s, t: _walks(a, s, b, s + t / DEGREE), "θ2 is still in degrees where you add it: put both into the brackets of radians."),
+                Wrong(lambda a, b, s, t: _walks(a, s, b, t)[::-1], "sine and cosine have changed places: cosine in x, sine in y. And the forearm points to θ1 + θ2."),
+                Wrong(lambda a, b, s, t: (forward(a, b, s, t)[0], _walks(a, s, b, t)[1]), "x is right. In y, too, the forearm points to θ1 + θ2."),
+                Wrong(lambda a, b, s, t: (_walks(a, s, b, t)[0], forward(a, b, s, t)[1]), "y is right. In x, too, the forearm points to θ1 + θ2."),
+                Wrong(lambda a, b, s, t: tuple(DEGREE * w for w in _walks(a, s, b, s + t, 1.0)), "the angles are to be turned into radians, inside cos and sin. A place is in mm."),
+                Wrong(lambda a, b, s, t: _walks(a, s, a, s + t), "the forearm has its own length: l2."),
+                Wrong(lambda a, b, s, t: _walks(b, s, a, s + t), "either the two lengths have changed places, or the two directions: the upper arm, l1, points to θ1."),
+                Wrong(lambda a, b, s, t: _walks(a, t, b, s + t), "the upper arm points to θ1."),
+                Wrong(lambda a, b, s, t: _walks(a, s, -b, s + t), "the forearm's way is added to that of the upper arm: plus."),
+                Wrong(lambda a, b, s, t: (forward(a, b, s, t)[0],) * 2, "x is the cosines, y the sines. Both of yours are x."),
+                Wrong(lambda a, b, s, t: (forward(a, b, s, t)[0], _walks(a, s, 0, 0)[1] + _walks(0, 0, b, s + t)[0]), "in y both walks take a sine; yours has a cosine for the forearm."),
+                Wrong(lambda a, b, s, t: (_walks(a, s, 0, 0)[0] + _walks(0, 0, b, s + t)[1], _walks(a, s, 0, 0)[1] + _walks(0, 0, b, s + t)[0]), "for the forearm sine and cosine have changed places: cosine in x, sine in y, for both links."),
+                Wrong(lambda a, b, s, t: _walks(1, s, 1, s + t), "the lengths are missing: l1 times the one, l2 times the other."),
+                Wrong(lambda a, b, s, t: _walks(a + b, s, 0, 0), "that is the stretched arm. The forearm points to θ1 + θ2: two walks."),
+                Wrong(lambda a, b, s, t: (_walks(a, s, 0, 0)[0] * _walks(b, t, 0, 0)[0], _walks(a, s, 0, 0)[1] * _walks(b, t, 0, 0)[1]), "the two walks are added, one after the other: plus. And the forearm points to θ1 + θ2."),
                 Wrong(
                     lambda a, b, s, t: (a * math.cos(s * DEGREE), a * math.sin(s * DEGREE)),
                     "that is the elbow. The forearm is still missing.",
@@ -136,6 +163,16 @@ def _eq5(points):
                 Wrong(lambda a, b, x, y: 90 - elbow_deg(a, b, x, y), "that is asin. Eq. 5 takes acos."),
                 Wrong(lambda a, b, x, y: 360 - elbow_deg(a, b, x, y), "all the way round the other side. θ2 runs from 0 to 180 here."),
                 Wrong(lambda a, b, x, y: math.cos(_cosine(a, b, x, y)), "the fraction is the cosine already. Take its acos, the way back."),
+                Wrong(lambda a, b, x, y: _cosine(a, b, x, y) / DEGREE, "that is cos θ2, turned into degrees as if it were an angle. Take its acos first."),
+                Wrong(lambda a, b, x, y: math.cos(_cosine(a, b, x, y)) / DEGREE, "the fraction is the cosine already. Take its acos, the way back."),
+                Wrong(lambda a, b, x, y: 1 / math.cos(_cosine(a, b, x, y)) / DEGREE, "arccos is not one over cos. It is the way back: acos."),
+                Wrong(lambda a, b, x, y: math.atan(_cosine(a, b, x, y)) / DEGREE, "that is an arctangent. Eq. 5 takes acos: the fraction is a cosine, not a slope."),
+                Wrong(lambda a, b, x, y: math.acos((2 * x + 2 * y - 2 * a - 2 * b) / (2 * a * b)) / DEGREE, "*2 doubles. Squared is **2."),
+                Wrong(lambda a, b, x, y: math.acos((x + y - a - b) / (2 * a * b)) / DEGREE, "the squares are missing above the line: **2, four times."),
+                Wrong(lambda a, b, x, y: math.acos(math.hypot(x, y) / (a + b)) / DEGREE, "that is an angle, but not of this triangle. Eq. 5 stands above the cell."),
+                Wrong(lambda a, b, x, y: math.acos(((x + y) ** 2 - a * a - b * b) / (2 * a * b)) / DEGREE, "square x and y each by itself, then add: x**2 + y**2."),
+                Wrong(lambda a, b, x, y: 90 + elbow_deg(a, b, x, y), "a right angle too many. Eq. 5 gives θ2 as it stands."),
+                Wrong(lambda a, b, x, y: math.atan2(y, x) / DEGREE, "that is the direction of the point; Eq. 6 needs it. The elbow hangs on its distance alone."),
                 Wrong(lambda a, b, x, y: _cosine(a, b, x, y), "that is cos θ2. Take its acos."),
                 Wrong(
                     lambda a, b, x, y: math.degrees(math.acos((x**2 + y**2 - a**2 + b**2) / (2 * a * b))),
@@ -149,7 +186,7 @@ def _eq5(points):
             "the elbow depends on the distance of the point alone, not on its direction.",
             domain=(
                 "acos got a number outside −1…1, for a point that is in reach. "
-                "Look at the signs, and at the brackets round 2 * l1 * l2 and round everything above the line."
+                "Look at the signs, and at the brackets round 2 * l1 * l2, a product, and round everything above the line. degrees() comes last, outside acos."
             ),
         ),
         hints=(
@@ -187,6 +224,26 @@ def _eq6(points):
                     lambda a, b, x, y, t: math.degrees(math.atan2(y, x) - t),
                     "θ2 is in degrees, and atan2 gives radians. And the hand is ahead by only a part of θ2: the second term of Eq. 6.",
                 ),
+                Wrong(lambda a, b, x, y, t: math.atan2(y, x) - math.atan2(b * math.sin(t), a + b * math.cos(t)), "sin and cos got degrees, and your result is in radians. Turn θ2 into radians first, and the result into degrees."),
+                Wrong(lambda a, b, x, y, t: math.atan2(y, x) - _lead(a, b, t), "the first part is in radians, the second in degrees. Turn both."),
+                Wrong(lambda a, b, x, y, t: shoulder_deg(a, b, x, y, t) * DEGREE**2, "atan2 gives radians; degrees() turns them into degrees, radians() goes the other way."),
+                Wrong(lambda a, b, x, y, t: math.degrees(math.atan2(y, x)) - _lead(a, b, t / DEGREE**2), "degrees() goes the wrong way for θ2: sin and cos want radians(theta2_deg)."),
+                Wrong(lambda a, b, x, y, t: math.degrees(math.atan2(y, x) - _second(b, a, b, t, factor=True)), "in the second part only l2 is taken times cos θ2: l1 + l2·cos θ2, no brackets round the sum."),
+                Wrong(lambda a, b, x, y, t: math.degrees(math.atan2(y, x) - _second(b, 0, a, t)), "in the second part a plus is missing: l1 + l2·cos θ2."),
+                Wrong(lambda a, b, x, y, t: math.degrees(math.atan2(y, x) - _second(a, a, b, t)), "the forearm is what turns the hand: l2·sin θ2, not l1."),
+                Wrong(lambda a, b, x, y, t: math.degrees(math.atan2(y, x) - math.atan(b * math.sin(t * DEGREE) / a + b * math.cos(t * DEGREE))), "brackets are missing below the line; and atan2, with a comma, needs no line at all."),
+                Wrong(lambda a, b, x, y, t: math.degrees(math.atan2(y, x) - math.atan2(b + math.sin(t * DEGREE), a + b * math.cos(t * DEGREE))), "l2 times sin θ2, not plus."),
+                Wrong(lambda a, b, x, y, t: math.degrees(math.atan2(y - b * math.sin(t * DEGREE), x - a - b * math.cos(t * DEGREE))), "two angles are subtracted, not two places: atan2 of the point, minus atan2 of the second part."),
+                Wrong(lambda a, b, x, y, t: math.degrees(math.atan2(y - b * math.sin(t * DEGREE), x - a + b * math.cos(t * DEGREE))), "two angles are subtracted, not two places: atan2 of the point, minus atan2 of the second part."),
+                Wrong(lambda a, b, x, y, t: math.degrees(math.atan(y / x) - math.atan(b * math.sin(t * DEGREE) / (a + b * math.cos(t * DEGREE)))), "atan cannot tell left from right, in either place. Use atan2, with a comma."),
+                Wrong(lambda a, b, x, y, t: math.degrees(math.atan2(y, x) - math.atan2(b * math.sin(t * DEGREE), a + b) * math.cos(t * DEGREE)), "a bracket closes too early: l1 + l2·cos θ2 is one whole, inside the second atan2."),
+                Wrong(lambda a, b, x, y, t: math.degrees(math.atan2(y, x) - math.atan2(b * math.sin(t * DEGREE), a + b + math.cos(t * DEGREE))), "l2 times cos θ2, not plus."),
+                Wrong(lambda a, b, x, y, t: math.degrees(math.atan2(y, x) - math.atan2(b * math.sin(t * DEGREE), a + b)), "the forearm does not lie along the upper arm: l1 + l2·cos θ2."),
+                Wrong(lambda a, b, x, y, t: math.degrees(math.atan2(y, x) - math.atan2(math.sin(t * DEGREE), a + b * math.cos(t * DEGREE))), "l2 is missing before the sine: l2·sin θ2."),
+                Wrong(lambda a, b, x, y, t: math.degrees(math.atan2(y, x) * _lead(a, b, t) * DEGREE), "the two angles are subtracted: minus, not times."),
+                Wrong(lambda a, b, x, y, t: math.degrees(math.tan(y / x) - math.tan(b * math.sin(t * DEGREE) / (a + b * math.cos(t * DEGREE)))), "arctan is the way back from a slope to an angle: atan2(y, x), not tan."),
+                Wrong(lambda a, b, x, y, t: math.degrees(math.atan2(y, x) - b * math.sin(t * DEGREE) - a + b * math.cos(t * DEGREE)), "the second atan2 is missing: a length is taken from an angle."),
+                Wrong(lambda a, b, x, y, t: math.degrees(math.atan2(y, x) - b * math.sin(t * DEGREE) - a - b * math.cos(t * DEGREE)), "the second atan2 is missing: a length is taken from an angle."),
                 Wrong(
                     lambda a, b, x, y, t: math.degrees(math.atan2(x, y)) - _lead(a, b, t),
                     "atan2 takes y first, then x.",
@@ -256,10 +313,29 @@ def _other_elbow():
                 Wrong(20.0, "that is what is left to a right angle. The other elbow is a mirror image."),
                 Wrong(-20.0, "that is what is left to a right angle. The other elbow is a mirror image."),
                 Wrong(0.0, "that is the stretched arm: it reaches the rim alone. The other elbow is a mirror image."),
+                Wrong(70 * DEGREE, "that is 70° in radians. The arm counts in degrees, and the other elbow is not the same one."),
+                Wrong(math.cos(70 * DEGREE), "that is the cosine of 70°. Which other angle has the same cosine?"),
+                Wrong(-290.0, "that is 70° again, told the other way round: the same elbow."),
+                Wrong(430.0, "that is 70° again, after a whole turn: the same elbow."),
+                Wrong(-250.0, "that is 110°, the inner angle of the triangle, told the other way round."),
+                Wrong(160.0, "a right angle more. The other elbow is a mirror image at the line from shoulder to hand."),
+                Wrong(180.0, "that is the folded arm: it reaches the nearest places alone. The other elbow is a mirror image."),
+                Wrong(-180.0, "that is the folded arm: it reaches the nearest places alone. The other elbow is a mirror image."),
+                Wrong(90.0, "that is a right angle: with it the hand is at another distance. The other elbow is a mirror image."),
+                Wrong(-90.0, "that is a right angle: with it the hand is at another distance. The other elbow is a mirror image."),
+                Wrong(360.0, "that is the stretched arm, after a whole turn. The other elbow is a mirror image."),
+                Wrong(-70 / DEGREE, "that is taken for radians and turned into degrees. Write the degrees as they are."),
                 Wrong(-70 * DEGREE, "that is in radians. The arm counts in degrees."),
                 Wrong(290.0, "that is the same direction as −70°, but the joint would have to turn there through 180°."),
             ),
             "mirrored at the line from the shoulder to the hand.",
+            known={"70": 70, "90": 90, "180": 180, "360": 360},
+            beside=(
+                ("(elbow )?(up|down)", "that is its name. How many degrees has θ2 in it?"),
+                ("negative|minus|mirrored|the opposite", "yes, and how many degrees?"),
+                ("(the )?same", "the same θ2 is the same elbow. The other one is its mirror image: how many degrees?"),
+            ),
+            ask="In the other pose the arm is its own mirror image, at the line from shoulder to hand. How is θ2 counted there?",
         ),
         hints=(
             "In the triangle above, draw the arm with its elbow on the other side of the dashed line: a mirror image.",
@@ -295,10 +371,30 @@ def _one_degree(l1, l2):
                 Wrong(2 * reach * math.pi, "that is the whole circle, 360 degrees."),
                 Wrong(math.radians(1), "that is one degree in radians. Times the length of the arm."),
                 Wrong(reach * math.degrees(1), "degrees() goes the other way: from radians to degrees. Take radians(1)."),
+                Wrong(reach * math.cos(1), "cos counts in radians, and looks along the arm. The hand goes across it, along a circle."),
+                Wrong(reach * (1 - math.cos(DEGREE)), "that is how much nearer it comes along the arm. The hand goes across it, along a circle."),
+                Wrong(reach * math.tan(1), "tan counts in radians: this is the tangent of 57 degrees."),
+                Wrong(reach * math.pi, "that is half a turn, 180 degrees. One degree is asked for."),
+                Wrong(math.hypot(l1, l2) * DEGREE, "that is with the elbow at a right angle. Stretched out, the arm is l1 + l2 long."),
+                Wrong(l1 + l2 * DEGREE, "brackets are missing: (l1 + l2) first, then times the angle."),
+                Wrong(l1 + l2 - DEGREE, "a length and an angle are not subtracted. An arc is its radius times its angle in radians."),
+                Wrong(l1 + l2 + DEGREE, "a length and an angle are not added. An arc is its radius times its angle in radians."),
+                Wrong(DEGREE / reach, "times the length, not divided by it."),
+                Wrong(reach**2 * DEGREE, "the length counts once: an arc, not an area."),
+                Wrong(math.pi * reach**2 / 360, "that is an area, a slice of the circle. How long is its rim?"),
+                Wrong(l1 * l2 * DEGREE, "the links are added, not multiplied: the arm is l1 + l2 long."),
+                Wrong(l1 * DEGREE + 2 * l2 * DEGREE, "the elbow is not off; only the shoulder is. The arm turns as one piece, l1 + l2 long."),
+                Wrong(reach * math.radians(90), "that is for 90 degrees. One is asked for."),
+                Wrong(reach / 100, "that is for a hundredth of a radian. One degree is 0.0175."),
+                Wrong(1 / 360, "that is what part of a turn one degree is. Of which way does the hand go that part?"),
                 Wrong(reach / 1000, "that is for a thousandth of a radian. One degree is 0.0175."),
                 Wrong(l1 * DEGREE, "that is by how much the elbow is off. The hand is farther out."),
             ),
             f"{right:.1f} mm for a single degree.",
+            known={"l1": l1, "l2": l2, "radians(1)": DEGREE},
+            ask="The hand goes along a circle round the shoulder: how long is its whole rim, and what part of it is one degree?",
+            small="so far it goes for less than one degree. How long is the whole circle, and what part of it is one degree?",
+            large="so far it goes for more than one degree. How long is the whole circle, and what part of it is one degree?",
         ),
         hints=(
             "The hand moves along a circle round the shoulder.",
@@ -326,6 +422,19 @@ def elbow_deg(l1: float, l2: float, x: float, y: float) -> float:
 def shoulder_deg(l1: float, l2: float, x: float, y: float, theta2_deg: float) -> float:
     """Eq. 6, degrees."""
     return math.degrees(math.atan2(y, x)) - _lead(l1, l2, theta2_deg)
+
+
+def _walks(first, to_deg, second, then_deg, unit=DEGREE):
+    """Two walks, each with its own direction: where they end."""
+    a, b = to_deg * unit, then_deg * unit
+    return first * math.cos(a) + second * math.cos(b), first * math.sin(a) + second * math.sin(b)
+
+
+def _second(up, straight, on, theta2_deg, factor=False):
+    """The second atan2 of Eq. 6 with other lengths in its places; ``factor``: the cosine taken times the whole sum."""
+    t = theta2_deg * DEGREE
+    right = (straight + on) * math.cos(t) if factor else straight + on * math.cos(t)
+    return math.atan2(up * math.sin(t), right)
 
 
 def _cosine(l1, l2, x, y):

@@ -7,17 +7,23 @@ import math
 from stereo_lab.exercises.answers import Choice, Function, Number, Wrong
 from stereo_lab.exercises.lesson05 import elbow_deg, shoulder_deg
 from stereo_lab.exercises.question import Question, lesson
+from stereo_lab.exercises.seats import AS_WRITTEN, numbers
 from stereo_lab.recording import Recording
 
-OLD_MS, SPEED_MM_S = 80.0, 250.0  # how old a picture is, and how fast a ball rolls, in the second question
+BALL_RADIUS_MM = 20.0
 SIGMAS = 4.0  # farther off than so many standard deviations is another ball
-PAPERS_CPU, PAPERS_RATE = 23.37, 10.0  # percent, pairs a second
+GOES_ON = "(go(es)? on|keep|continue|carry on|follow|predict|guess|move)"
+STOPS = "(stop|brake|halt|freeze|wait|stay|hold|pause)s?"
+NO_END = "(until|till|for ?ever|always)"
 
 
 def questions(recording: Recording) -> tuple[Question, ...]:
     """Eight questions, the first by the arm of the recording; see :mod:`stereo_lab.exercises`."""
     l1, l2 = float(recording.arm.l1_mm), float(recording.arm.l2_mm)
-    return lesson("07", _angles(l1, l2), _gone(), _ahead(), _hidden(), _same_ball(), _milliseconds(), _cost(), _hold())
+    given = numbers(recording.seat)
+    return lesson(
+        "07", _angles(l1, l2), _gone(given), _ahead(), _hidden(), _same_ball(), _milliseconds(), _cost(given), _hold()
+    )
 
 
 def _angles(l1, l2):
@@ -28,6 +34,7 @@ def _angles(l1, l2):
         answer=Function(
             angles_for, tries, 0.01, "degrees",
             (
+                Wrong(lambda x, y, l1, l2: (shoulder_deg(l1, l2, x, y, 90.0), 90.0), "the elbow is not always at 90 degrees: elbow_deg tells it from the place."),
                 Wrong(lambda *t: angles_for(*t)[::-1], "the shoulder comes first, then the elbow."),
                 Wrong(lambda *t: tuple(math.radians(a) for a in angles_for(*t)), "those are radians. The arm counts in degrees."),
                 Wrong(
@@ -38,6 +45,21 @@ def _angles(l1, l2):
                     lambda x, y, a, b: (-angles_for(x, -y, a, b)[0], -elbow_deg(a, b, x, y)),
                     "that is the other elbow, θ2 below zero. It reaches too, but the paper's Eq. 5 gives θ2 from 0 to 180.",
                 ),
+                Wrong(lambda x, y, a, b: (angles_for(x, y, a, b)[1],) * 2, "both of yours are the elbow. The shoulder comes first, by shoulder_deg."),
+                Wrong(lambda x, y, a, b: (elbow_deg(a, b, x, y), math.degrees(math.atan2(y, x))), "the shoulder comes first, then the elbow; and it needs θ2 as well."),
+                Wrong(lambda x, y, a, b: (shoulder_deg(a, b, x, y, math.radians(elbow_deg(a, b, x, y))), elbow_deg(a, b, x, y)), "shoulder_deg takes θ2 in degrees, as elbow_deg gives it: no radians()."),
+                Wrong(lambda x, y, a, b: _by_another_elbow(x, y, a, b, math.radians), "elbow_deg gives degrees already, and shoulder_deg takes them: no radians()."),
+                Wrong(lambda x, y, a, b: _by_another_elbow(x, y, a, b, math.degrees), "elbow_deg gives degrees already: no degrees()."),
+                Wrong(lambda x, y, a, b: _by_another_elbow(x, y, a, b, lambda t: 180 - t), "180° − θ2 is the triangle's own angle. Give θ2 on as elbow_deg tells it."),
+                Wrong(lambda x, y, a, b: (shoulder_deg(a, b, x, y, -elbow_deg(a, b, x, y)), elbow_deg(a, b, x, y)), "the shoulder of the one elbow and the other elbow: give both the same θ2."),
+                Wrong(lambda x, y, a, b: (sum(angles_for(x, y, a, b)), elbow_deg(a, b, x, y)), "you add θ2 to the shoulder: that is where the forearm points. shoulder_deg gives θ1 as it is."),
+                Wrong(lambda x, y, a, b: (angles_for(x, y, a, b)[0] - elbow_deg(a, b, x, y), elbow_deg(a, b, x, y)), "shoulder_deg gives θ1 already: nothing is to be taken from it."),
+                Wrong(lambda x, y, a, b: (shoulder_deg(a, b, x, y, 90), elbow_deg(a, b, x, y)), "that is the shoulder for an elbow of 90 degrees. Call elbow_deg first, and give its answer on."),
+                Wrong(lambda x, y, a, b: angles_for(x, y, b, a), "l1 and l2 have changed places: elbow_deg(l1, l2, x, y)."),
+                Wrong(lambda x, y, a, b: _given_as(x, y, a, b), "elbow_deg and shoulder_deg take the links first, then the place: (l1, l2, x, y)."),
+                Wrong(lambda x, y, a, b: _given_as(x, y, a, b)[::-1], "elbow_deg and shoulder_deg take the links first, then the place; and the shoulder comes first in the answer."),
+                Wrong(lambda x, y, a, b: (shoulder_deg(elbow_deg(a, b, x, y), a, b, x, y), elbow_deg(a, b, x, y)), "shoulder_deg takes θ2 last: (l1, l2, x, y, theta2)."),
+                Wrong(lambda x, y, a, b: sum(angles_for(x, y, a, b)), "a plus makes one number of two. Two angles, with a comma between them."),
                 Wrong(lambda x, y, a, b: angles_for(y, x, a, b), "x and y are swapped."),
             ),
             "the elbow by the distance of the place, then the shoulder by its direction.",
@@ -58,32 +80,45 @@ def _angles(l1, l2):
     )  # fmt: skip
 
 
-def _gone():
-    right = OLD_MS / 1000 * SPEED_MM_S
+def _gone(given):
+    old_ms, speed = given.old_ms, given.speed_mm_s
+    right = old_ms / 1000 * speed
     return dict(
-        asks=f"A picture is {OLD_MS:.0f} ms old when the arm gets its order; the ball rolls at {SPEED_MM_S:.0f} mm/s. How far has it gone?",
+        asks=f"A picture is {old_ms:.0f} ms old when the arm gets its order; the ball rolls at {speed:.0f} mm/s. How far has it gone?",
         answer=Number(
             right, 0.05, "mm",
             (
-                Wrong(OLD_MS * SPEED_MM_S, "that is 20 metres. A millisecond is a thousandth of a second."),
-                Wrong(SPEED_MM_S / OLD_MS, "speed times time, not speed divided by time."),
-                Wrong(right * 10, "80 ms are 0.080 s, not 0.8."),
+                Wrong(old_ms * speed, f"that is {right:g} metres. A millisecond is a thousandth of a second."),
+                Wrong(speed / old_ms, "speed times time, not speed divided by time."),
+                Wrong(right * 10, f"{old_ms:g} ms are {old_ms / 1000:.3f} s, not {old_ms / 100:g}."),
                 Wrong(right / 1000, "that is in metres."),
-                Wrong(OLD_MS / SPEED_MM_S, "speed times time, not time divided by speed."),
-                Wrong(SPEED_MM_S, "that is how far it goes in a whole second."),
-                Wrong(OLD_MS / 1000, "that is the time, in seconds. How far does it go in it?"),
-                Wrong(OLD_MS, "that is the time, in milliseconds. How far does it go in it?"),
-                Wrong(SPEED_MM_S + OLD_MS, "a speed and a time are not added. Speed times time."),
-                Wrong(right / 10, "80 ms are 0.080 s, not 0.008."),
+                Wrong(old_ms / speed, "speed times time, not time divided by speed."),
+                Wrong(speed, "that is how far it goes in a whole second."),
+                Wrong(old_ms / 1000, "that is the time, in seconds. How far does it go in it?"),
+                Wrong(old_ms, "that is the time, in milliseconds. How far does it go in it?"),
+                Wrong(speed - old_ms, "a speed and a time are not subtracted. Speed times time."),
+                Wrong(speed / (old_ms / 1000), "speed times time, not speed divided by time."),
+                Wrong(speed * old_ms / 60, "a millisecond is a thousandth of a second, not a sixtieth."),
+                Wrong(speed * old_ms / 3600, "a millisecond is a thousandth of a second. 3600 are the seconds of an hour."),
+                Wrong(1000 / old_ms, f"that is how many times {old_ms:g} ms fit into a second. How far does it roll in one of them?"),
+                Wrong(1000 / speed, f"that is how many ms it takes for a millimetre. How far does it roll in {old_ms:g}?"),
+                Wrong(speed / 1000, f"that is how far it rolls in one millisecond. It has rolled for {old_ms:g}."),
+                Wrong(speed / 10, f"that is for a tenth of a second, 100 ms. The picture is {old_ms:g} ms old."),
+                Wrong(speed + old_ms, "a speed and a time are not added. Speed times time."),
+                Wrong(right / 10, f"{old_ms:g} ms are {old_ms / 1000:.3f} s, not {old_ms / 10_000:g}."),
             ),
-            f"{right:.0f} mm, the whole radius of the ball.",
+            f"{right:.0f} mm, the whole radius of the ball." if right == BALL_RADIUS_MM else f"{right:g} mm, and the ball's radius is about {BALL_RADIUS_MM:.0f}.",
+            known={f"{speed:g}": speed, f"{old_ms:g}": old_ms},
+            ask="Speed times time, in millimetres a second and in seconds.",
+            small=f"so far it rolls in less than {old_ms:g} ms. Speed times time, in millimetres a second and in seconds.",
+            large=f"so far it rolls in more than {old_ms:g} ms. Speed times time, in millimetres a second and in seconds.",
         ),
         hints=(
             "How far does it roll in one second? And in a tenth of one?",
-            f"{OLD_MS:.0f} ms are {OLD_MS / 1000:g} s.",
-            "gone_mm = 250 * ____",
+            f"{old_ms:.0f} ms are {old_ms / 1000:g} s.",
+            f"gone_mm = {speed:g} * ____",
         ),
-        code="gone_mm = 250 * 0.080",
+        code=f"gone_mm = {speed:g} * {old_ms / 1000:.3f}",
         reason="Speed times time, in millimetres a second and seconds.",
         reference=right,
     )  # fmt: skip
@@ -96,6 +131,7 @@ def _ahead():
         answer=Function(
             ahead, tries, 0.01, "mm",
             (
+                Wrong(lambda p, v, t: max(p, p + v * t), "a ball with a velocity below zero goes the other way: no max."),
                 Wrong(lambda p, v, s: p * v * s, "the way is added to the place: plus."),
                 Wrong(lambda p, v, s: p + 2 * v * s, "that is twice the way."),
                 Wrong(lambda p, v, s: p + v * s / 2, "that is half of the way. (Half belongs to a steady acceleration, not to a steady velocity.)"),
@@ -105,6 +141,18 @@ def _ahead():
                 Wrong(lambda p, v, s: (p + v) * s, "only the velocity belongs to the seconds: no brackets round the sum."),
                 Wrong(lambda p, v, s: p + v / s if s else p, "speed times time is a way, not speed divided by time."),
                 Wrong(lambda p, v, s: v * s, "that is how far it goes. Start from where it is."),
+                Wrong(lambda p, v, s: p + v * s * s / 2, "half of the squared time belongs to a steady acceleration. A steady velocity: the seconds count once."),
+                Wrong(lambda p, v, s: p + v * s * 60, "the seconds are seconds already, no minutes."),
+                Wrong(lambda p, v, s: p + v - s, "velocity times seconds is a way: times, not minus."),
+                Wrong(lambda p, v, s: p + v + s, "velocity and seconds are not added: velocity times seconds is a way."),
+                Wrong(lambda p, v, s: p / s + v if s else p, "the velocity belongs to the seconds, times; the place stays as it is."),
+                Wrong(lambda p, v, s: p * s + v, "the velocity belongs to the seconds, times; the place stays as it is."),
+                Wrong(lambda p, v, s: p + v * (s + 1), "that is a whole second too far ahead."),
+                Wrong(lambda p, v, s: p + v * (1 - s), "not what is left of a second: the seconds themselves."),
+                Wrong(lambda p, v, s: abs(p) + v * s, "a place below zero is on the left; abs would take it to the right."),
+                Wrong(lambda p, v, s: abs(p + v * s), "a place below zero is on the left; abs would take it to the right."),
+                Wrong(lambda p, v, s: p - v / s if s else p, "speed times time is a way, not speed divided by time; and plus takes you ahead."),
+                Wrong(lambda p, v, s: p + v // s if s else p, "speed times time is a way, not speed divided by time."),
                 Wrong(lambda p, v, s: p + v, "that is a whole second ahead."),
                 Wrong(lambda p, v, s: p + v * s / 1000, "the seconds are seconds already, no milliseconds."),
                 Wrong(lambda p, v, s: p + v * s * 1000, "the seconds are seconds already, no milliseconds."),
@@ -135,8 +183,18 @@ def _hidden():
             ),
             "as long as the prediction is worth something.",
             same=(
-                ("(go on )?(for )?(a moment|briefly|a little|a while|a bit)(,| and|, and)? then stop", "go on for a moment, then stop"),
-                ("^stop(, then go on.*)?$", "stop at once"), ("^(go on|go on for ever|go on forever)$", "go on until the ball comes back"),
+                (f"^(?!.*{NO_END})(it )?(first )?{GOES_ON}.*(then|and|but).*{STOPS}.*$", "go on for a moment, then stop"),
+                (f"^((it |the arm )?(should |must |has to )?{STOPS}.*|(do )?nothing|(do not|don't|not) move)$", "stop at once"),
+                (f"^{GOES_ON}( moving| going| following| it| the prediction)?( {NO_END}.*)?$", "go on until the ball comes back"),
+                ("^((go |move |return |drive )?(back )?(to )?(its )?home|(go|move) back|return)$", "go home"),
+            ),
+            beside=(
+                (".*(off|shut|power|kill).*", "switched off, an arm is not held: lesson 06. It was going somewhere: how long is that worth following, and what then?"),
+                (".*(beep|warn|alarm|call|tell|say|ask).*", "that may be done as well. And the arm: how long does it go on, and what then?"),
+                (".*(search|look for|find).*", "searching is a new move, without knowing where to. It was going somewhere: how long is that worth following?"),
+                (".*last (seen|place|position|known).*", "there the ball is no more: it rolls on. Where it will be is predicted: how long is that worth following?"),
+                (".*slow.*", "slower to where? It was going somewhere: how long is that worth following, and what then?"),
+                (".*(behind|through|book).*", "the arm would hit the book. It was going somewhere: how long is that worth following?"),
             ),
         ),
         hints=(
@@ -182,6 +240,10 @@ def _same_ball():
                 Wrong(lambda gap, sigma: gap > -SIGMAS * sigma, "far off to the other side is another ball, too: take abs(gap_mm)."),
                 Wrong(lambda gap, sigma: True, "your function says yes to every ball."),
                 Wrong(lambda gap, sigma: False, "your function says no to every ball."),
+                Wrong(lambda gap, sigma: abs(gap) < SIGMAS**2 * sigma, "the square of 4 belongs to the squares of the two. Here it is 4."),
+                Wrong(lambda gap, sigma: abs(gap - sigma) < SIGMAS, "a difference of the two tells nothing: how many times sigma_mm is the gap?"),
+                Wrong(lambda gap, sigma: round(gap / sigma) == 0, "rounded to 0, half of sigma_mm is allowed. Allow four times."),
+                Wrong(lambda gap, sigma: abs(gap) < SIGMAS * sigma**2, "sigma_mm is squared on one side alone: four times sigma_mm itself."),
                 Wrong(lambda gap, sigma: abs(gap) < 20, "20 mm, however unsure the prediction is? Let sigma_mm decide how much is allowed."),
                 Wrong(lambda gap, sigma: abs(gap) < SIGMAS, "four what? Where the prediction is unsure, more millimetres are allowed."),
                 Wrong(lambda gap, sigma: abs(gap) * SIGMAS < sigma, "four times sigma_mm is allowed, not a quarter of it."),
@@ -211,6 +273,19 @@ def _milliseconds():
             ),
             "exposing, reading out, compressing, sending: no program makes that shorter, a better camera does.",
             also=("cameras", "the camera", "taking the pictures", "the pictures"),
+            same=(
+                (".*(camera|webcam|exposure|exposing|shutter|reading out|taking (the |a )?(picture|photo)).*", "the cameras"),
+                ("(the )?(picture|image|photo)s?", "the cameras"),
+                (".*(detect|find|locat|search|hough|looking for|image processing).*|(the )?ball", "finding the ball"),
+                (".*(angle|kinematics|trigonometry|formula|equation|calculat|comput(ing|ation)).*", "the angles"),
+                (".*(order|command|cable|wire|serial|usb).*", "the order to the arm"),
+            ),
+            beside=(
+                (".*(position|place|rectif|triangulat|depth).*", "a handful of multiplications: too little to be drawn. Look at the bars."),
+                (".*(same|equal|all|none).*", "look at the bars: one of them is far longer than the others. Which?"),
+                (".*(computer|program|python|cpu|code|software).*", "which part of what the program does? Look at the bars: is the longest of them the program's at all?"),
+                (".*(arm|motor|move|moving).*", "from the light to the moment when the arm begins to move: the move itself is not counted. Look at the bars."),
+            ),
         ),
         hints=(
             "Which bar is the longest?",
@@ -223,30 +298,45 @@ def _milliseconds():
     )  # fmt: skip
 
 
-def _cost():
-    right = PAPERS_CPU / 100 / PAPERS_RATE * 1000
+def _cost(given):
+    cpu, rate = given.cpu_percent, given.pairs_a_second
+    right, pairs = cpu / 100 / rate * 1000, "ten" if rate == 10 else f"{rate:g}"
+    whose = "The paper's program" if given == AS_WRITTEN else "A program"
     return dict(
-        asks="The paper's program took 23.37 % of the CPU at 10 pairs a second. How many milliseconds of it is that for one pair?",
+        asks=f"{whose} took {cpu:g} % of the CPU at {rate:g} pairs a second. How many milliseconds of it is that for one pair?",
         answer=Number(
-            right, 0.06, "ms",
+            right, 0.4, "ms",
             (
-                Wrong(PAPERS_CPU / PAPERS_RATE, "that is percent, for each pair a second. A second has 1000 ms: what part of it?"),
-                Wrong(PAPERS_CPU * PAPERS_RATE, "that is what it takes in one second, all ten pairs together."),
-                Wrong(PAPERS_CPU * 10, "that is what it takes in one second, all ten pairs together."),
-                Wrong(1000 / PAPERS_CPU, "upside down: the part of the second that it worked, over the pairs."),
-                Wrong(PAPERS_RATE / PAPERS_CPU, "upside down: the part of the second that it worked, over the pairs."),
-                Wrong(100.0, "that is the time between two pairs. The CPU rests for most of it."),
+                Wrong(cpu / 653, "the 653 are the pairs of the whole run. For one second: how many ms of work, and how many pairs?"),
+                Wrong(cpu * 653, "the 653 are the pairs of the whole run. For one second: how many ms of work, and how many pairs?"),
+                Wrong(cpu / rate, "that is percent, for each pair a second. A second has 1000 ms: what part of it?"),
+                Wrong(cpu * rate, f"that is what it takes in one second, all {pairs} pairs together." if rate == 10 else "more pairs leave less time for each: divide by them."),
+                Wrong(cpu * 10, f"that is what it takes in one second, all {pairs} pairs together."),
+                Wrong(1000 / cpu, "upside down: the part of the second that it worked, over the pairs."),
+                Wrong(rate / cpu, "upside down: the part of the second that it worked, over the pairs."),
+                Wrong(1000 / rate, "that is the time between two pairs. The CPU rests for most of it."),
+                Wrong(100 - cpu, "that is how much of the time it rests, in percent. How much does it work?"),
+                Wrong(1000 * rate / cpu, "upside down: the part of the second that it worked, over the pairs."),
+                Wrong(100 / cpu, "upside down: the part of the second that it worked, over the pairs."),
+                Wrong(1000.0, "that is a whole second. Which part of it does the program work, and for how many pairs?"),
+                Wrong(rate, "that is how many pairs there are in a second. Which part of the second does the program work?"),
+                Wrong(cpu / 100 * 60 / rate, "a second has 1000 ms, not 60."),
+                Wrong(57.0, "that is the most it took at any time, in percent. The mean is asked for, in ms."),
+                Wrong(155.71, "that is its memory, in MB. Which part of a second does it work, and for how many pairs?"),
+                Wrong(653.0, "that is how many samples the paper took. Which part of a second does it work, and for how many pairs?"),
                 Wrong(right / 1000, "that is in seconds."),
-                Wrong(right * 100, "23.37 % is 0.2337."),
+                Wrong(right * 100, f"{cpu:g} % is {cpu / 100:.4g}."),
             ),
-            f"{right:.1f} ms: 234 ms a second, shared by ten pairs.",
+            f"{right:.1f} ms: {10 * cpu:.0f} ms a second, shared by {pairs} pairs.",
+            known={f"{cpu:g}": cpu, f"{rate:g}": rate, "100": 100},
+            ask="For how many ms of each second does it work, and how many pairs share them?",
         ),
         hints=(
             "For how many milliseconds of each second did the CPU work?",
-            "23.37 % of 1000 ms are 233.7 ms. They are for ten pairs.",
-            "ms_a_pair = 0.2337 * 1000 / ____",
+            f"{cpu:g} % of 1000 ms are {10 * cpu:g} ms. They are for {pairs} pairs.",
+            f"ms_a_pair = {cpu / 100:.4g} * 1000 / ____",
         ),
-        code="ms_a_pair = 0.2337 * 1000 / 10",
+        code=f"ms_a_pair = {cpu / 100:.4g} * 1000 / {rate:g}",
         reason="The part of a second that it worked, over the pairs of that second.",
         reference=right,
     )  # fmt: skip
@@ -264,7 +354,21 @@ def _hold():
             ),
             "longer than the arm reaches, and one hand at the switch of the supply.",
             also=("a stick", "on a long stick"),
-            same=(("(in )?(my )?hands?|with (both )?hands|fingers?", "in my fingers"), ("throw( it)?", "thrown to it")),
+            same=(
+                ("(at |on )?(the end of )?(a |the )?(long |thin )?(pole|rod|ruler|wire|broom|broomstick|branch|bar|tube|pipe|skewer|grabber|litter picker|selfie stick|stick)", "on a stick"),
+                ("((in|with|by|between|on) )?((my|the|both|two|one|bare|your|a) )*(hands?|fingers?|palm|gloves?|(?<=my )arm)( with gloves?)?", "in my fingers"),
+                ("(roll(ed|ing)? )?(it )?(on|over|along|across)? ?(the |a )?(table|floor|bench|desk|book|box|ground)", "on a table in its plane"),
+                ("(throw|toss|drop|let)( it| fall)*", "thrown to it"),
+            ),
+            beside=(
+                ("(far|away|nowhere|anywhere|somewhere|behind).*", "it must be where the arm can reach it, and you must not. What holds it there?"),
+                ("(on |at )?(the )?arm.*", "the arm is to reach for it. What holds the ball, and keeps all of you out of reach?"),
+                (".*(grip|claw|tray|shelf|cup|plate|holder).*", "it stands where the arm reaches, and somebody must put the ball there. What holds it, and keeps all of you out of reach?"),
+                (".*(tape|glue|head|foot|friend|pocket|mouth).*", "what is near the ball is near the arm. What holds the ball, and keeps all of you out of reach?"),
+                (".*(tongs|pliers|tweezers).*", "they keep your hand a few centimetres away. What is longer than the arm reaches?"),
+                (".*(string|thread|rope|cord).*", "on a string it swings, and the arm swings after it. What holds the ball still, and your hand far away?"),
+                (".*(not at all|nobody|don't|do not|careful|slowly).*", "the ball must be somewhere, and you must be out of reach. What is longer than the arm?"),
+            ),
         ),
         hints=(
             "What is near the ball is near the arm.",
@@ -281,6 +385,17 @@ def angles_for(x: float, y: float, l1: float, l2: float) -> tuple[float, float]:
     """Eq. 5 and 6: both angles for a place, degrees."""
     theta2_deg = elbow_deg(l1, l2, x, y)
     return shoulder_deg(l1, l2, x, y, theta2_deg), theta2_deg
+
+
+def _by_another_elbow(x, y, l1, l2, change):
+    theta2_deg = change(elbow_deg(l1, l2, x, y))
+    return shoulder_deg(l1, l2, x, y, theta2_deg), theta2_deg
+
+
+def _given_as(x, y, l1, l2):
+    """Both angles, with the place given where the links belong."""
+    theta2_deg = elbow_deg(x, y, l1, l2)
+    return shoulder_deg(x, y, l1, l2, theta2_deg), theta2_deg
 
 
 def ahead(place_mm: float, velocity_mm_s: float, seconds: float) -> float:

@@ -1,103 +1,87 @@
-"""Names of mistakes that nobody foresaw: how an answer stands to the right one, and what it hangs on."""
+"""Names of mistakes that nobody foresaw in a function: how what it gives stands to what is right."""
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable, Iterator, Sequence
+import dis
+from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import combinations
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stereo_lab.exercises.hanging import as_if, how_it_moves, what_it_hangs_on
+from stereo_lab.exercises.near_misses import FACTORS
+from stereo_lab.exercises.slips import slip_in
+from stereo_lab.exercises.trying import EXACT, NEAR, is_as, near, numbers_of
 from stereo_lab.exercises.wording import say
 
-EXACT = 1e-9  # where another number might be near by chance
-NEAR = 1e-3  # so near, as a part of the value, two numbers are taken for one
+if TYPE_CHECKING:
+    from stereo_lab.exercises.function import Function
+
 ENDLESS = 1e12  # so many times what is right: rounding errors stand below the line, in the place of zero
-FACTORS = {
-    1000.0: "a thousand times too large: look at the units.",
-    100.0: "a hundred times too large.",
-    10.0: "ten times too large.",
-    2.0: "twice as large as it should be.",
-    0.5: "half of what it should be.",
-    0.1: "ten times too small.",
-    0.01: "a hundred times too small.",
-    0.001: "a thousand times too small: look at the units.",
-    180 / np.pi: "180/π times too large: degrees and radians.",
-    np.pi / 180: "180/π times too small: degrees and radians.",
-}
-HOW_MANY = {0.25: "a quarter", 0.5: "half", 1.0: "the same", 2.0: "twice as much", 4.0: "four times as much"}
+ROOT_BELOW_ZERO = "your result is the root of a number below zero: look at the signs, and what is squared first."
 
 
-def of_a_number(value: float, right: float, told: str) -> str:
-    """What one wrong number is to the right one; "" where it is nothing of note. ``told`` is the number with its unit."""
-    if not right or not value:
-        return ""
-    if _near(value, -right):
-        return f"{told}: the sign is turned."
-    for factor in (1000.0, 100.0, 10.0, 2.0, 0.5, 0.1, 0.01, 0.001):
-        if _near(value, factor * right):
-            return f"{told} is {FACTORS[factor]}"
-    if abs(right) != 1:
-        for other, words in ((1 / right, "upside down: it is one over"), (right**2, "the square of")):
-            if _near(value, other):
-                return f"{told} is {words} what is asked for."
-    if any(value == round(right, k) for k in (0, 1)):
-        return f"{told} is rounded too much. Keep its decimals."
-    return ""
-
-
-def of_a_function(
-    function: Callable,
-    right: Callable,
-    inputs: Sequence[tuple],
-    outputs: Sequence[Any],
-    names: Sequence[str],
-    parts: dict[str, tuple[str, ...]],
-    near: float = NEAR,
-) -> str:
+def of_a_function(function: Callable, kind: Function, outputs: Sequence[Any]) -> str:
     """What a wrong function does otherwise than the right one, in every try; "" where nothing simple is found.
 
     Parameters
     ----------
-    function, right : callables
-    inputs : the arguments of each try
-    outputs : what ``function`` gave for them
-    names : of the arguments
-    parts : what the numbers in an argument are called, by the argument's name
-    near : so near, as a part of the value, two results are taken for one
+    function : callable
+    kind : what is asked for
+    outputs : what ``function`` gave for its inputs
     """
+    right, inputs, names, parts = kind.right, kind.inputs, kind.names, kind.parts
+    room, held, endless = kind.relative, kind.held, kind.endless
+    slip = partial(slip_in, function, right, inputs, kind.solution)
     wanted = [np.asarray(right(*arguments)) for arguments in inputs]
     if wanted[0].dtype == bool:
-        return _of_true_and_false(inputs, outputs, wanted, names)
+        return _of_true_and_false(function, kind, outputs, wanted, slip)
     try:
         given = [np.asarray(output, float) for output in outputs]
     except (TypeError, ValueError, OverflowError):
         return ""
     if any(g.size != w.size for g, w in zip(given, wanted, strict=True)):
-        count = next(g.size for g, w in zip(given, wanted, strict=True) if g.size != w.size)
-        sum_or_mean = " Is a sum or a mean missing?" if wanted[0].size == 1 and count > 3 else ""
-        return f"it gives {_count(count)}, and {_asked(wanted[0].size)} asked for.{sum_or_mean}"
+        count, asked = next((g.size, w.size) for g, w in zip(given, wanted, strict=True) if g.size != w.size)
+        sum_or_mean = " Is a sum or a mean missing?" if asked == 1 and count > 3 else ""
+        comma = f" {asked} numbers stand with a comma between them." if count == 1 < asked <= 3 else ""
+        return f"it gives {_count(count)}, and {_asked(asked)} asked for.{sum_or_mean}{comma}"
     given, wanted = [g.ravel() for g in given], [w.ravel().astype(float) for w in wanted]
-    if any(not (np.abs(g) <= ENDLESS * (1 + np.abs(w).max())).all() for g, w in zip(given, wanted, strict=True)):
-        squares = " Steps from a mean add up to zero: square each of them first." if np.ndim(inputs[0][0]) else ""
-        return f"your result has no bounds: something below a line is zero, or nearly.{squares}"
-    told = _relation(given, wanted, max(near, NEAR)) or _arguments(right, inputs, given, names)
-    if told or wanted[0].size > 3:
+    if any(np.isnan(g).any() for g in given):
+        return slip() or ROOT_BELOW_ZERO
+    if any((np.abs(g) > ENDLESS * (1 + np.abs(w).max())).any() for g, w in zip(given, wanted, strict=True)):
+        return f"your result has no bounds: {endless or 'something below a line is zero, or nearly.'}"
+    if all(near(g, w, EXACT) for g, w in zip(given, wanted, strict=True)):
+        return ""  # but for the brackets
+    told = _relation(given, wanted, max(room, NEAR)) or _arguments(function, right, inputs, given, names)
+    told = told or slip(1)
+    names = ["" if name in held else name for name in names]
+    told = told or as_if(right, inputs, given, names, parts)
+    if wanted[0].size <= 3:
+        told = told or _of_one(what_it_hangs_on, function, right, inputs, given, wanted, names, parts, room)
+    told = told or slip()
+    if wanted[0].size <= 3:
+        told = told or _of_one(how_it_moves, function, right, inputs, given, wanted, names, parts, room)
+    return told or _constant(given, wanted)
+
+
+def _of_one(say_of, function, right, inputs, given, wanted, names, parts, room):
+    """What is to be said of the first number that is not right."""
+    off = [not all(near(g[k], w[k]) for g, w in zip(given, wanted, strict=True)) for k in range(len(wanted[0]))]
+    if not any(off):
+        return ""
+    k, several = off.index(True), len(off) > 1
+    here, asked = [g[k : k + 1] for g in given], _entry(right, k)
+    told = several and (_swapped(asked, inputs, here, names) or as_if(asked, inputs, here, names, parts))
+    told = told or say_of(_entry(function, k), asked, inputs, names, parts, max(room, NEAR))
+    if not told or not several:
         return told
-    for k in range(wanted[0].size):
-        if not all(_near(g[k], w[k]) for g, w in zip(given, wanted, strict=True)):
-            place = f"the {('first', 'second', 'third')[k]} number: " if wanted[0].size > 1 else ""
-            hangs = _what_it_hangs_on(_entry(function, k), _entry(right, k), inputs, names, parts)
-            rest = "the others are right. " if wanted[0].size > 2 else "the other one is right. "
-            alone = wanted[0].size > 1 and all(
-                _near(g[j], w[j]) for g, w in zip(given, wanted, strict=True) for j in range(len(w)) if j != k
-            )
-            return f"{place}{rest if alone else ''}{hangs}" if hangs or alone else ""
-    return ""
+    alone = f"the other{'s are' if len(off) > 2 else ' one is'} right. " if sum(off) == 1 else ""
+    return f"the {('first', 'second', 'third')[k]} number: {alone}{told}"
 
 
-def _relation(given, wanted, near):
+def _relation(given, wanted, room):
     """A relation that holds between all given numbers and those that are wanted."""
     value, right = np.concatenate(given), np.concatenate(wanted)
     if np.array_equal(value, right):
@@ -107,157 +91,150 @@ def _relation(given, wanted, near):
             return "you round. Give the number with all its decimals."
     if np.array_equal(value, np.floor(right)) or np.array_equal(value, np.trunc(right)):
         return "the decimals are cut off: // and int do that. Divide by a single /."
-    if _near(value, -right):
+    if near(value, -right):
         return "the sign is turned."
-    if (right < 0).any() and _near(value, np.abs(right)):
+    if (right < 0).any() and near(value, np.abs(right)):
         return "right but for the sign: abs takes it away, and here it counts."
-    if len(wanted[0]) > 1 and all(_near(g, w[::-1]) for g, w in zip(given, wanted, strict=True)):
+    if len(wanted[0]) > 1 and all(near(g, w[::-1]) for g, w in zip(given, wanted, strict=True)):
         return "the right numbers, in another order."
     for factor, words in FACTORS.items():
-        if _near(value, factor * right, near):
+        if near(value, factor * right, room):
             return f"your result is {words}"
-    if (right != 0).all() and len(right) > 1:
-        factor = value[0] / right[0]
-        if abs(factor) > NEAR and abs(factor - 1) > NEAR and _near(value, factor * right):
-            return f"in every try your result is {factor:.3g} times what it should be."
-        if (np.abs(right) != 1).any() and _near(value, 1 / right):
-            return "your result is upside down: what stands above the line belongs below it."
-    if (right > 0).all() and len(right) > 1:
-        if _near(value, right**2):
-            return "your result is the square of what is asked for: a root is missing."
-        if _near(value, np.sqrt(right)):
-            return "your result is the root of what is asked for: one root too many."
+    if (right != 0).all() and len(right) > 1 and (np.abs(right) != 1).any() and near(value, 1 / right):
+        return "your result is upside down: what stands above the line belongs below it."
+    if (right > 0).all() and (value > 0).all() and (right != 1).all() and len(right) > 1:
+        powers = np.log(value) / np.log(right)
+        if abs(powers[0]) > NEAR and near(powers, np.full(len(powers), powers[0]), EXACT):
+            roots = {
+                2.0: "the square of what is asked for: a root is missing.",
+                0.5: "the root of what is asked for: one root too many.",
+                4.0: "what is asked for, to the power of four: a square stands where a root belongs.",
+            }
+            return "your result is " + roots.get(
+                round(powers[0], 6), f"what is asked for, to the power of {powers[0]:.3g}."
+            )
     return ""
 
 
-def _arguments(right, inputs, given, names):
+def _constant(given, wanted):
+    """What is the same in every try: so many times what it should be, or so much more."""
+    value, right = np.concatenate(given), np.concatenate(wanted)
+    if len(right) > 1 and near(value - right, np.full(len(right), value[0] - right[0]), EXACT):
+        off = value[0] - right[0]
+        return f"in every try your result is {say(abs(off))} too {'large' if off > 0 else 'small'}."
+    if len(right) > 1 and (right != 0).all():
+        factor = value[0] / right[0]
+        if abs(factor) > NEAR and abs(factor - 1) > NEAR and near(value, factor * right):
+            return f"in every try your result is {factor:.3g} times what it should be."
+    return ""
+
+
+def _arguments(function, right, inputs, given, names):
     """Whether the arguments have changed places, one is given back as it came, or none of them matters."""
+    for k, name in enumerate(names):
+        if all(np.size(t[k]) == g.size and is_as(t[k], g, EXACT) for t, g in zip(inputs, given, strict=True)):
+            return f"it gives {name} back, and nothing else."
+    if swapped := _swapped(right, inputs, given, names):
+        return swapped
+    wanted = [right(*arguments) for arguments in inputs]
+    if (
+        len(inputs) > 1
+        and all(near(g, given[0]) for g in given)
+        and not all(is_as(w, np.ravel(wanted[0])) for w in wanted)
+    ):
+        told = f"it gives {say(given[0])} whatever comes in"
+        if set(names) <= _used_in(function):
+            return f"{told}: is something rounded or cut off on the way, or does it cancel?"
+        return f"{told}. Use the names in the brackets of the def line: {', '.join(names)}."
+    return ""
+
+
+def _used_in(function):
+    """The names of a function of Python's that its lines make use of."""
+    code = getattr(function, "__code__", None)
+    return {step.argval for step in dis.get_instructions(code) if step.opname.startswith("LOAD")} if code else set()
+
+
+def _swapped(right, inputs, given, names):
+    """Which two arguments seem to have changed places; "" where none."""
     first = inputs[0]
     for i, j in combinations(range(len(first)), 2):
         if not (np.shape(first[i]) == np.shape(first[j]) == ()) or not all(isinstance(first[k], float) for k in (i, j)):
             continue
         swapped = [tuple(t[j] if k == i else t[i] if k == j else t[k] for k in range(len(t))) for t in inputs]
-        values = [_call(right, arguments) for arguments in swapped]
+        values = [numbers_of(right, arguments) for arguments in swapped]
         if (
-            all(v is not None and _near(g, v.ravel(), EXACT) for g, v in zip(given, values, strict=True))
+            all(v is not None and near(g, v, EXACT) for g, v in zip(given, values, strict=True))
             and len({float(g[0]) for g in given}) > len(given) / 2
         ):
             return f"it works as if {names[i]} and {names[j]} had changed places."
-    for k, name in enumerate(names):
-        if all(np.size(t[k]) == g.size and _is(t[k], g, EXACT) for t, g in zip(inputs, given, strict=True)):
-            return f"it gives {name} back, and nothing else."
-    wanted = [right(*arguments) for arguments in inputs]
-    if (
-        len(inputs) > 1
-        and all(_near(g, given[0]) for g in given)
-        and not all(_is(w, np.ravel(wanted[0])) for w in wanted)
-    ):
-        return f"it gives {say(given[0])} whatever comes in. Use the names in the brackets of the def line: {', '.join(names)}."
     return ""
 
 
-def _what_it_hangs_on(function, right, inputs, names, parts):
-    """The first argument that, doubled, does something else to the result than it should, in one try or in all of them."""
-    seen: dict[str, list] = {}
-    for arguments in inputs:
-        for name, doubled in _doubled(arguments, names, parts):
-            values = [_call(f, a) for f in (function, right) for a in (arguments, doubled)]
-            if all(value is not None for value in values):
-                seen.setdefault(name, []).append([float(value) for value in values])
-    told = {name: (_moves(tries, 0), _moves(tries, 2)) for name, tries in seen.items()}
-    for name, (yours, should) in told.items():
-        if should and not yours:
-            return f"{name} changes nothing in your result, and it should."
-    for name, (yours, should) in told.items():
-        if yours and not should:
-            return f"{name} changes your result, and it should not."
-    for name, tries in seen.items():
-        for before, after, was, becomes in tries:
-            if before and was and not _near(before, after) and not _near(was, becomes):
-                mine, its = (
-                    next((w for v, w in HOW_MANY.items() if _near(v, r)), "") for r in (after / before, becomes / was)
-                )
-                if mine and its and mine != its:
-                    return f"twice the {name} should give {its}; yours gives {mine}."
-    for name, tries in seen.items():
-        for before, after, was, becomes in tries:
-            if not _near(was, becomes) and not _near(after - before, becomes - was):
-                return (
-                    f"look at {name}: twice as large it should bring {say(was)} to {say(becomes)}; "
-                    f"yours goes from {say(before)} to {say(after)}."
-                )
-    return ""
-
-
-def _moves(tries, first):
-    """Whether a result moves in any of the tries."""
-    return any(not _near(numbers[first], numbers[first + 1]) for numbers in tries)
-
-
-def _doubled(arguments: tuple, names: Sequence[str], parts: dict[str, tuple[str, ...]]) -> Iterator[tuple[str, tuple]]:
-    """The arguments with one number in them twice as large, and what that number is called."""
-    for k, (argument, name) in enumerate(zip(arguments, names, strict=True)):
-        put = lambda new, k=k: (*arguments[:k], new, *arguments[k + 1 :])
-        if isinstance(argument, (int, float)) and argument or isinstance(argument, np.ndarray):
-            yield name, put(2 * argument)
-        elif isinstance(argument, tuple):
-            for i, part in enumerate(argument):
-                told = parts[name][i] if name in parts else f"{name}[{i}]"
-                yield told, put((*argument[:i], 2 * part + (not part), *argument[i + 1 :]))
-        elif dataclasses.is_dataclass(argument) and not isinstance(argument, type):
-            for field in dataclasses.fields(argument):
-                part = getattr(argument, field.name)
-                if isinstance(part, (int, float)):
-                    yield (
-                        f"{name}.{field.name}",
-                        put(dataclasses.replace(argument, **{field.name: 2 * part + (not part)})),
-                    )
-
-
-def _of_true_and_false(inputs, outputs, wanted, names):
+def _of_true_and_false(function, kind, outputs, wanted, slip):
     """The first thing that is called True and should not be, or the other way round."""
-    for arguments, output, right in zip(inputs, outputs, wanted, strict=True):
-        if np.size(output) != right.size:
-            return f"one True or False for each of {right.size} is asked for, and it gives {_count(np.size(output))}."
+    for output, asked in zip(outputs, wanted, strict=True):
+        if np.size(output) != asked.size:
+            if asked.size == 1:
+                return f"one True or False is asked for, and it gives {_count(np.size(output))}: compare {kind.names[0]} with something."
+            return (
+                f"one True or False for each of {asked.size} is asked for, and it gives {_count(np.size(output))}. "
+                "A comparison gives them: no [ ] round it, no index, no sum."
+            )
         if not np.isin(np.ravel(output), (0, 1)).all():
             return "True or False is asked for, and it gives a number: compare it with something."
+    told = slip(1) or _of_a_side(function, kind) or _of_no_matter(function, kind.right, kind.inputs, kind.names)
+    if told := told or slip():
+        return told
+    for arguments, output, right in zip(kind.inputs, outputs, wanted, strict=True):
         for k, (mine, its) in enumerate(zip(np.ravel(output), right.ravel(), strict=True)):
             if bool(mine) != bool(its):
                 told = ", ".join(
                     f"{name} = {say(np.ravel(a)[k] if np.size(a) == right.size > 1 else a)}"
-                    for name, a in zip(names, arguments, strict=True)
+                    for name, a in zip(kind.names, arguments, strict=True)
                 )
                 return f"for {told} it says {bool(mine)}, and {bool(its)} is expected."
     return ""
 
 
+def _of_a_side(function, kind):
+    """Whether a yes or no hangs on the sign of an argument that counts without it."""
+    for k, name in enumerate(kind.names):
+        tries = [t for t in kind.inputs if isinstance(t[k], (int, float)) and t[k]]
+        turned = [(*t[:k], -t[k], *t[k + 1 :]) for t in tries]
+        mine, its = (
+            [_alike(numbers_of(f, t), numbers_of(f, u)) for t, u in zip(tries, turned, strict=True)]
+            for f in (function, kind.right)
+        )
+        if tries and all(its) and not all(mine):
+            number = tries[mine.index(False)][k]
+            return f"{name} = {say(number)} and {name} = {say(-number)} get different answers, and should not: abs() takes a sign away."
+    return ""
+
+
+def _of_no_matter(function, right, inputs, names):
+    """The first argument that never changes a yes or no, and should."""
+    for k, name in enumerate(names):
+        changes = []
+        for asked in (function, right):
+            tries = [
+                [numbers_of(asked, (*t[:k], scale * t[k], *t[k + 1 :])) for scale in (1, 0.01, 100)] for t in inputs
+            ]
+            changes.append(
+                any(other is None or not near(other, of[0]) for of in tries if of[0] is not None for other in of)
+            )
+        if changes == [False, True]:
+            return f"{name} changes nothing in your answer, and it should."
+    return ""
+
+
+def _alike(value, other):
+    return value is not None and other is not None and near(value, other)
+
+
 def _entry(function, k):
     """The function, and of all that it gives one number alone."""
     return lambda *arguments: np.ravel(function(*arguments))[k]
-
-
-def _call(function, arguments):
-    """What it gives, as an array; None where it stops or gives no finite numbers."""
-    try:
-        with np.errstate(all="ignore"):
-            value = np.asarray(function(*(np.copy(a) if isinstance(a, np.ndarray) else a for a in arguments)), float)
-    except Exception:
-        return None
-    return value if value.size and np.isfinite(value).all() else None
-
-
-def _is(value, numbers, near=NEAR):
-    try:
-        return _near(np.ravel(np.asarray(value, float)), numbers, near)
-    except (TypeError, ValueError):
-        return False
-
-
-def _near(value, other, near=NEAR):
-    value, other = np.asarray(value, float), np.asarray(other, float)
-    if value.shape != other.shape or not np.isfinite(value).all():
-        return False
-    return bool(np.all(np.abs(value - other) <= near * np.abs(other).max(initial=1e-12)))
 
 
 def _count(size):

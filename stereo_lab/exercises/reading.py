@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -87,7 +88,7 @@ UNITS = {
     **dict.fromkeys(("°", "deg", "degree", "degrees"), ("degrees", 1)), **dict.fromkeys(("rad", "radian", "radians"), ("degrees", 180 / np.pi)),
     **dict.fromkeys(("v", "volt", "volts"), ("V", 1)),
 }  # fmt: skip
-SMALL_WORDS = frozenset(("a", "an", "the", "it", "its", "in", "on", "of", "is", "to"))
+SMALL_WORDS = frozenset(("a", "an", "the", "it", "its", "in", "on", "of", "is", "to", "ones"))
 
 
 def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[str], ...] = ()) -> list[float] | str:
@@ -102,21 +103,30 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
     """
     if CODE.match(text):
         return "this is Python in quotes. Take the quotes away, and Python works it out."
-    asked = "a number" if count == 1 else f"{count} numbers"
     plain = re.sub(r"\bminus\s+(?=\d)", "-", text.lower().replace("−", "-")).rpartition("=")[2].strip(" .")
     if unit == "of 255":
         plain = re.sub(r"(out\s+of|of|/)\s*255$", "", plain).strip()
-    words = [IN_WORDS.get(word, word) for word in plain.split()]
-    if NO_NUMBERS & set(re.findall(r"[a-z]+", " ".join(words))):
-        return f"expected {asked}, this is a text. Write {'the number' if count == 1 else 'them'} alone, in figures."
-    plain = " ".join(words)
+    if unit == "times":
+        plain = re.sub(r"^(just )?(as large|the same|same|equal|unchanged)( as .*)?$", "1", plain)
+    plain = re.sub(r"[a-z]+", lambda word: IN_WORDS.get(word[0], word[0]), plain)
+    if (NO_NUMBERS if count == 1 else NO_NUMBERS - {"and"}) & set(re.findall(r"[a-z]+", plain)):
+        return _no_number(plain, count)
     plain = re.sub(r"(?<=\d),(?=\d{3}\.\d)", "", plain)  # 2,047.2
     for parts in (plain, re.sub(r"(?<=\d),(?=\d)", ".", plain)):
         found = NUMBER.findall(parts)
         if len(found) == count:
             numbers = [float(number) for number in found]
             return _converted(numbers[0], parts, unit) if count == 1 else _in_order(numbers, parts, labels)
-    return f"expected {asked}, this is a text. Write {'the number' if count == 1 else 'them'} alone, in figures."
+    return _no_number(plain, count)
+
+
+def _no_number(text, count):
+    """What to say to a text that does not tell what is asked for."""
+    found = NUMBER.findall(text)
+    if count == 1 and len(set(found)) > 1:
+        return f"expected a number, and in this text there are {len(found)}. Write the one that is asked for."
+    asked, them = ("a number", "the number") if count == 1 else (f"{count} numbers", "them")
+    return f"expected {asked}, this is a text. Write {them} alone, in figures."
 
 
 def _converted(number, text, unit):
@@ -161,6 +171,15 @@ def without_contrast(text: str) -> str:
     found = re.fullmatch(r"\s*not\s+(?P<no>[^,]*),\s*(but\s+)?(?P<yes>.*)", text, re.IGNORECASE)
     found = found or re.fullmatch(r"(?P<yes>[^,]*),\s*(and\s+)?not\s+(?P<no>.*)", text, re.IGNORECASE)
     return found["yes"] if found else text
+
+
+def told_beside(answer: str, beside: Sequence[tuple[str, str]]) -> str:
+    """What to say to words that people give and that are no answer here; "" to all others.
+
+    ``beside``: (pattern of the words, what to say); large letters, blanks and what stands round the words do not count.
+    """
+    words = " ".join(str(answer).lower().strip().strip(" .!?'\"").split())
+    return next((message for pattern, message in beside if re.fullmatch(pattern, words)), "")
 
 
 def as_numbers(answer: Any) -> np.ndarray:

@@ -10,6 +10,7 @@ from typing import Any
 
 from stereo_lab.common.files import read_json
 from stereo_lab.errors import StereoLabError
+from stereo_lab.exercises.language import translated
 
 MOVES = "this moves the arm"  # what stands in every cell of which an arm moves
 
@@ -37,9 +38,9 @@ def catch_up(lesson: str, sitting: int) -> None:
         print(error)
         return
     if set().union(*map(_made_by, cells)) <= set(shell.user_ns):
-        print(f"Sitting {sitting}: all that comes before is there. Go on.")
+        print(translated(f"Sitting {sitting}: all that comes before is there. Go on."))
         return
-    print(f"\rSitting {sitting}: {_run_again(shell, cells)}")
+    print("\r" + translated(f"Sitting {sitting}: {_run_again(shell, cells)}"))
 
 
 def _run_again(shell: Any, cells: list[str]) -> str:

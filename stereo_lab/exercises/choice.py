@@ -1,0 +1,86 @@
+"""An answer that is one of a few words."""
+
+from __future__ import annotations
+
+import re
+import reprlib
+from dataclasses import dataclass
+from typing import Any
+
+from stereo_lab.exercises.reading import NEGATIONS, OPEN_WORDS, UNSURE, key_words, told_beside, without_contrast
+from stereo_lab.exercises.verdict import NOT_ATTEMPTED, NOT_YET, PASS, Verdict, Wrong
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """One of a few words.
+
+    Attributes
+    ----------
+    right : str
+    wrong : tuple of Wrong, one for each of the other words
+    praise, also : as in :class:`Number`
+    same : tuple of (words, other words), other ways to say a thing
+    beside : tuple of (words, what to say), for answers that are none of the options and that people give
+    """
+
+    right: str
+    wrong: tuple[Wrong, ...]
+    praise: str
+    also: tuple[Any, ...] = ()
+    same: tuple[tuple[str, str], ...] = ()
+    beside: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def options(self) -> list[str]:
+        """All words there are to choose from, sorted."""
+        return sorted([self.right, *(w.answer for w in self.wrong)])
+
+    def judge(self, answer: Any) -> Verdict:
+        """PASS for the right word, large or small letters; else what is wrong with the other."""
+        if isinstance(answer, (list, tuple)) and len(answer) == 1:
+            answer = answer[0]
+        listed = "; ".join(self.options)
+        if not issubclass(type(answer), str):
+            return Verdict(NOT_YET, f"answer with one of these, in quotes: {listed}.")
+        if "____" in answer:
+            return Verdict(NOT_ATTEMPTED)
+        word = str.strip(answer).lower()
+        meant = self.right if word in self.also else self._meant(answer)
+        if meant == self.right:
+            return Verdict(PASS, self.praise)
+        for mistake in self.wrong:
+            if meant == mistake.answer:
+                return Verdict(NOT_YET, mistake.message)
+        if message := told_beside(answer, self.beside):
+            return Verdict(NOT_YET, message)
+        return Verdict(NOT_YET, f"{self._why_none(word)}: {listed}.")
+
+    def _why_none(self, word):
+        """Why words are none of the options."""
+        words = key_words(word)
+        if not words or words & UNSURE:
+            return "a wrong guess costs nothing. Take one"
+        if re.fullmatch(r"[-+]?[\d.,]+", word):
+            return "a number is no answer here. Take one"
+        if "both" in words or sum(key_words(option) <= words for option in self.options) > 1:
+            return "these are two of the answers. Take one"
+        if words & NEGATIONS:
+            return f"{reprlib.repr(word)} says what it is not. Say what it is"
+        return f"{reprlib.repr(word)} is not among the answers"
+
+    def _meant(self, answer):
+        """The one option that has the same words, or all of the answer's, or whose words the answer has; else None.
+
+        Words that turn a meaning round must stand in the option as well.
+        """
+        told = without_contrast(str.lower(answer))
+        for words, others in self.same:
+            told = re.sub(rf"(?<!\w)(?:{words})(?!\w)", others, told)
+        words, options = key_words(told), {option: key_words(option) for option in self.options}
+        open_words = words & OPEN_WORDS
+        for test in (words.__eq__, words.__le__, words.__ge__):
+            found = [option for option, its in options.items() if words and its and test(its) and open_words <= its]
+            if found:
+                return found[0] if len(found) == 1 else None
+        return None

@@ -1,0 +1,105 @@
+"""An answer that is a line for the controller of the arm."""
+
+from __future__ import annotations
+
+import re
+import reprlib
+from dataclasses import dataclass
+from typing import Any
+
+from stereo_lab.exercises.verdict import NOT_ATTEMPTED, NOT_YET, PASS, Verdict, Wrong
+from stereo_lab.exercises.wording import a_kind
+
+SIGNS = {
+    "−": "the arm does not know the sign − of a printed page. Type the minus of the keyboard: -",
+    "°": "no sign ° in the line: the arm counts in degrees anyway.",
+    ",": "no comma in the line: its words are parted by blanks.",
+    "*": "the checksum is put behind it for you: leave it away.",
+    "'": "no quotes inside the line: one pair round it is enough.",
+    "–": "the arm does not know the long dash of a printed page. Type the minus of the keyboard: -",
+    "=": "no sign = in the line: its words are parted by blanks.",
+    "(": "no brackets in the line: its words are parted by blanks.",
+    ":": "no colon in the line: its words are parted by blanks.",
+    ";": "no semicolon in the line: it ends where the quotes end.",
+}
+FORMS = {
+    r"^[a-z]+-?\d": "between the command and the joint a blank is missing.",
+    r"^\S+\s+\d-\d": "between the joint and the angle a blank is missing.",
+    r"-\s+\d": "the minus belongs to its number: no blank between the two.",
+    r"\b(deg|degrees?)\b": "no unit in the line: the arm counts in degrees anyway.",
+    r"^MV\s+[12]\s+[12]\s": "one line turns one joint: leave the other one out.",
+    r"\b(ten|twenty|thirty|forty|fifty|sixty|seventy|eighty|ninety)\b": "numbers stand in figures in the line.",
+    r"^EN\b": "EN switches the motors on. Which command turns a joint?",
+    r"^-?\d": "the command comes first: what should the arm do?",
+    r"\b(to|by|cw|ccw|joint|elbow|theta2)\b": "the line has the command and two numbers, the joint and the angle; no other words.",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Command:
+    """A line for the controller of the arm: words, and numbers that may be written in any way; only the joint is one digit.
+
+    A percentage of the speed may stand behind it.
+
+    Attributes
+    ----------
+    right : str
+    wrong : tuple of Wrong, their answers lines
+    praise, also : as in :class:`Number`
+    """
+
+    right: str
+    wrong: tuple[Wrong, ...] = ()
+    praise: str = ""
+    also: tuple[Any, ...] = ()
+
+    def judge(self, answer: Any) -> Verdict:
+        """PASS for the same words and numbers; else what the line says instead."""
+        if isinstance(answer, (list, tuple)) and len(answer) == 1:
+            answer = answer[0]
+        if isinstance(answer, bytes):
+            return Verdict(NOT_YET, "the b before the quotes is put there for you: leave it away.")
+        if not issubclass(type(answer), str):
+            return Verdict(NOT_YET, f"expected a line in quotes, this is {a_kind(answer)}.")
+        if "____" in answer:
+            return Verdict(NOT_ATTEMPTED)
+        answer = str.strip(answer)
+        for sign, message in SIGNS.items():
+            if sign in answer:
+                return Verdict(NOT_YET, message)
+        words, right = _words(answer), _words(self.right)
+        if re.fullmatch(r"N\d+", answer.split()[0], re.IGNORECASE):
+            return Verdict(NOT_YET, "the number of the line is put before it for you: leave it away.")
+        percent = words[len(right) :]
+        if words[: len(right)] == right and (not percent or _is_percent(percent)):
+            return Verdict(PASS, self.praise)
+        for mistake in self.wrong:
+            if words == _words(mistake.answer):
+                return Verdict(NOT_YET, mistake.message)
+        for form, message in FORMS.items():
+            if re.search(form, answer, re.IGNORECASE):
+                return Verdict(NOT_YET, message)
+        if len(words) != len(right):
+            more = " A fourth can only be a part of the full speed, 1 to 100." if len(words) == len(right) + 1 else ""
+            return Verdict(
+                NOT_YET, f"expected {len(right)} words with blanks between them, this has {len(words)}.{more}"
+            )
+        if words[:-1] == right[:-1] and isinstance(words[-1], float):
+            return Verdict(NOT_YET, f"that turns it to {words[-1]:g} degrees. Read the question again: to which angle?")
+        k = next(k for k, pair in enumerate(zip(words, right, strict=True)) if pair[0] != pair[1])
+        place, meant = (("first", "the command"), ("second", "the number of the joint"), ("third", "the angle"))[k]
+        return Verdict(
+            NOT_YET,
+            f"look at the {place} word of {reprlib.repr(answer)}: it says something else. There stands {meant}.",
+        )
+
+
+def _is_percent(words):
+    """Whether these words are one, and a part of the full speed."""
+    return len(words) == 1 and isinstance(words[0], float) and 0 < words[0] <= 100
+
+
+def _words(line):
+    """Numbers as numbers, but the second word, the joint, as it stands."""
+    words = line.upper().split()
+    return [float(w) if k != 1 and w.lstrip("+-").replace(".", "", 1).isdecimal() else w for k, w in enumerate(words)]
