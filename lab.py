@@ -3,6 +3,7 @@
 python3 lab.py              opens the course in JupyterLab, in a folder of your own (work)
 python3 lab.py test         runs the tests
 python3 lab.py ANYTHING     runs `stereo-lab ANYTHING`
+python3 lab.py --offline FOLDER [ANYTHING]   sets up from a folder that `stereo-lab wheels` made, without a network
 
 Standard library only. The environment lies in .venv beside this file and is made from
 environment.txt; while that is up to date, nothing is touched.
@@ -11,6 +12,7 @@ environment.txt; while that is up to date, nothing is touched.
 import hashlib
 import json
 import os
+import platform
 import shutil
 import subprocess
 import sys
@@ -37,8 +39,9 @@ def say(text):
 def main(arguments):
     try:
         check_python()
+        offline, arguments = parted(arguments)
         if not up_to_date():
-            make_environment()
+            make_environment(offline)
     except SetupError as error:
         say(error)
         return 2
@@ -58,6 +61,46 @@ def check_python():
         )
 
 
+def parted(arguments):
+    """The folder after --offline, or None, and what is left of the arguments."""
+    if arguments[:1] != ["--offline"]:
+        return None, arguments
+    if len(arguments) < 2:
+        raise SetupError("After --offline the folder is expected that `stereo-lab wheels` made.")
+    folder = os.path.abspath(arguments[1])
+    check_wheels(folder)
+    return folder, arguments[2:]
+
+
+def check_wheels(folder):
+    """Refuse a folder that was made for other computers, or copied in part."""
+    try:
+        with open(os.path.join(folder, "wheels.json"), encoding="utf-8") as file:
+            made = json.load(file)
+        made_for, files = [tuple(pair) for pair in made["made_for"]], dict(made["files"])
+    except (OSError, ValueError, KeyError, TypeError):
+        raise SetupError("Expected a folder that `stereo-lab wheels` made, got " + folder + ".") from None
+    here = (system(), "%d.%d" % sys.version_info[:2])
+    if here not in made_for:
+        told = ", ".join("Python " + python + " on " + name for name, python in made_for)
+        raise SetupError(
+            "%s was made for %s; this is Python %s on %s. Where there is a network: %s wheels %s --system %s --python %s"
+            % (folder, told, here[1], here[0], ME, folder, here[0], here[1])
+        )
+    for name, size in sorted(files.items()):
+        path = os.path.join(folder, os.path.basename(name))
+        if not os.path.isfile(path) or os.path.getsize(path) != size:
+            raise SetupError("%s is not there whole: %s is missing or cut off. Copy the folder again." % (folder, name))
+
+
+def system():
+    """What `stereo-lab wheels` calls this system; stereo_lab/seats/wheels.py has the same rule."""
+    arm = platform.machine().lower() in ("arm64", "aarch64")
+    if sys.platform == "darwin":
+        return "macos" if arm else "macos-intel"
+    return "windows" if sys.platform == "win32" else "linux-arm" if arm else "linux"
+
+
 def wanted():
     """What the environment is made from, as one line: a changed line makes it out of date."""
     digest = hashlib.sha256(repr((sys.version_info[:2], HERE, EXTRAS)).encode("utf-8"))
@@ -75,8 +118,8 @@ def up_to_date():
         return False
 
 
-def make_environment():
-    """Make .venv anew. The stamp is written last, so a half-made environment is made again."""
+def make_environment(offline=None):
+    """Make .venv anew, from a folder where one is named. The stamp is written last, so a half-made environment is made again."""
     say("Setting up the kit (once; about a minute, 600 MB) ...")
     try:
         free_mb = shutil.disk_usage(HERE).free // 2**20
@@ -95,11 +138,13 @@ def make_environment():
 
             venv.EnvBuilder(with_pip=True).create(VENV)
             install = [PYTHON, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+        if offline:
+            install += ["--no-index", "--find-links", offline]
         step(install + ["-r", os.path.join(HERE, "environment.txt")], "install the packages")
         step(install + ["--no-deps", "--no-build-isolation", "-e", HERE], "install the kit")
         if EXTRAS:
-            step(install + [HERE + "[" + EXTRAS + "]"], "install the extras " + EXTRAS)
-            step(install + ["--no-deps", "--no-build-isolation", "-e", HERE], "install the kit")
+            extras = HERE + "[" + EXTRAS + "]"
+            step(install + ["--no-build-isolation", "-e", extras], "install the extras " + EXTRAS)
         quiet()
         with open(STAMP, "w", encoding="utf-8") as file:
             file.write(wanted())

@@ -15,6 +15,7 @@ lesson   room                   what is in it
          ``live``               again and again, with the arm behind the ball
 08       ``capture``,           boards to print, a recorder, other people's files;
          ``doctor``             what is wrong with a recording, in plain words
+09       ``detection``          how the judge's weights are learned; a ball of one's own
 =======  =====================  ==========================================================
 
 ``recording`` opens the pictures that the lessons work on; ``results`` judges the chain; ``exercises`` asks the questions;

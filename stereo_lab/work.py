@@ -16,6 +16,7 @@ from stereo_lab.common.files import read_bytes, read_json, read_text, user_folde
 from stereo_lab.errors import StereoLabError
 
 MARK = ".stereo_lab.json"  # the file that makes a folder a work folder: which copy was made from what
+SEAT = "seat"  # the folder of a recording of the learner's own
 PAGES = ("words.md",)  # what goes with the lessons
 
 
@@ -29,6 +30,12 @@ def own_folder() -> Path:
         return Path(named)
     here = Path.cwd()
     return next((folder for folder in (here, *here.parents) if (folder / MARK).is_file()), user_folder())
+
+
+def chosen_language() -> str:
+    """What $STEREO_LAB_LANGUAGE chooses: a short name such as "de", or the whole path of a language's folder; empty for English."""
+    named = os.environ.get("STEREO_LAB_LANGUAGE", "").strip()
+    return named if named != "en" and (named.replace("-", "").isalnum() or Path(named).is_absolute()) else ""
 
 
 def lay_out(lessons: Path, folder: Path) -> tuple[list[str], list[str]]:
@@ -51,19 +58,19 @@ def lay_out(lessons: Path, folder: Path) -> tuple[list[str], list[str]]:
     StereoLabError
         If a lesson cannot be read, or a copy cannot be written.
     """
-    copies, made, older = _copies(folder), [], []
+    copies, made, older = copies_of(folder), [], []
     for source in _sources(lessons):
-        target, fresh = folder / source.name, _clean_copy(source)
-        had = _digest(read_bytes(target)) if target.exists() else None
-        if had is not None and had not in (copies.get(source.name), _digest(fresh)):  # somebody has changed it
-            if copies.get(source.name) != _digest(fresh):
+        target, fresh = folder / source.name, _clean_copy(source, seat_of(folder))
+        had = digest_of(read_bytes(target)) if target.exists() else None
+        if had is not None and had not in (copies.get(source.name), digest_of(fresh)):  # somebody has changed it
+            if copies.get(source.name) != digest_of(fresh):
                 older.append(source.name)
             continue
-        if had != _digest(fresh):
+        if had != digest_of(fresh):
             write_whole(target, fresh)
             made.append(source.name)
-        copies[source.name] = _digest(fresh)
-    _mark(folder, copies)
+        copies[source.name] = digest_of(fresh)
+    mark(folder, copies)
     return made, older
 
 
@@ -85,19 +92,21 @@ def reset(lessons: Path, folder: Path, lesson: str) -> tuple[Path, Path | None]:
         If there is no such lesson, or the folder cannot be written to.
     """
     source = find(lessons, lesson)
-    target, kept = folder / source.name, None
-    if target.exists():
-        kept = _free_name(folder, f"{source.stem}_{time.strftime('%Y-%m-%d_%H-%M')}", source.suffix)
-        try:
-            target.rename(kept)
-        except OSError as error:
-            raise StereoLabError(
-                f"Cannot rename {target}: {error.strerror}. Close it elsewhere, and look at the folder's permissions."
-            ) from None
-    fresh = _clean_copy(source)
+    target = folder / source.name
+    kept = keep_beside(target) if target.exists() else None
+    fresh = _clean_copy(source, seat_of(folder))
     write_whole(target, fresh)
-    _mark(folder, {**_copies(folder), source.name: _digest(fresh)})
+    mark(folder, {**copies_of(folder), source.name: digest_of(fresh)})
     return target, kept
+
+
+def seat_of(folder: Path) -> int | None:
+    """Whose recording lies in a work folder, by the number of the seat; None where there is none."""
+    try:
+        seat = read_json(folder / SEAT / "recording.json").get("seat")
+    except StereoLabError:
+        return None
+    return seat if type(seat) is int and 0 <= seat <= 9999 else None
 
 
 def find(lessons: Path, lesson: str) -> Path:
@@ -132,37 +141,66 @@ def _sources(lessons):
         raise StereoLabError(
             f"Expected the lessons in {lessons}; there are none. Get the kit whole, as its page shows."
         )
-    return [*notebooks, *(lessons / name for name in PAGES)]
+    found = [*notebooks, *(lessons / name for name in PAGES)]
+    translated = [lessons / chosen_language() / path.name for path in found]
+    return [other if other.is_file() else path for path, other in zip(found, translated, strict=True)]
 
 
-def _clean_copy(source):
-    """What a learner gets of a lesson or a page."""
+def _clean_copy(source, seat):
+    """What a learner gets of a lesson or a page; at a seat, with that seat's numbers."""
     text = read_text(source)
     if source.suffix == ".ipynb":
-        text = json.dumps(clean(json.loads(text)), indent=1, ensure_ascii=False) + "\n"
+        notebook = clean(json.loads(text))
+        if seat is not None:
+            from stereo_lab.exercises.seats import reworded
+
+            told = [{**cell, "source": reworded("".join(cell["source"]), seat)} for cell in notebook["cells"]]
+            notebook = {**notebook, "cells": told}
+        text = json.dumps(notebook, indent=1, ensure_ascii=False) + "\n"
     return text.encode("utf-8")
 
 
-def _copies(folder):
+def copies_of(folder: Path) -> dict[str, str]:
     """Which copies were made, each with the digest that it had; none where the mark is lost or cannot be read."""
     try:
-        copies = read_json(folder / MARK).get("copies")
+        return as_copies(read_json(folder / MARK))
     except StereoLabError:
         return {}
-    return (
-        {name: digest for name, digest in copies.items() if isinstance(digest, str)} if isinstance(copies, dict) else {}
-    )
 
 
-def _mark(folder, copies):
+def as_copies(marked: dict[str, Any]) -> dict[str, str]:
+    """The same, out of the content of a mark; what is no name with a digest is left out."""
+    copies = marked.get("copies")
+    if not isinstance(copies, dict):
+        return {}
+    return {name: digest for name, digest in copies.items() if isinstance(digest, str)}
+
+
+def mark(folder: Path, copies: dict[str, str]) -> None:
+    """Write down which copies were made, each with the digest that it had."""
     write_json(folder / MARK, {"format": 1, "copies": copies})
 
 
-def _digest(content):
+def digest_of(content: bytes) -> str:
+    """What tells whether a copy was changed."""
     return hashlib.sha256(content).hexdigest()
 
 
-def _free_name(folder, stem, suffix):
-    """A name in a folder that nothing has yet."""
-    names = (folder / f"{stem}{more}{suffix}" for more in ("", *(f"_{k}" for k in range(2, 1000))))
-    return next(name for name in names if not name.exists())
+def keep_beside(path: Path) -> Path:
+    """Rename a file so that its name has the time in it; gives the new name.
+
+    Raises
+    ------
+    StereoLabError
+        If it cannot be renamed.
+    """
+    stem = f"{path.stem}_{time.strftime('%Y-%m-%d_%H-%M')}"
+    names = (path.with_name(f"{stem}{more}{path.suffix}") for more in ("", *(f"_{k}" for k in range(2, 1000))))
+    kept = next(name for name in names if not name.exists())
+    try:
+        path.rename(kept)
+    except OSError as error:
+        raise StereoLabError(
+            f"Cannot rename {path}: {error.strerror}. Close it elsewhere, and look at the folder's permissions."
+        ) from None
+    return kept

@@ -20,7 +20,10 @@ import pytest
 from nbformat.v4 import new_code_cell, new_notebook
 
 from conftest import ROOT, skip_unless_ci
+from stereo_lab.recording.marks import read_marks
 from stereo_lab.widgets import Clip
+from stereo_lab.widgets.lesson09 import ZOOM_PX
+from tests.axe import PAGE, serious
 
 SETUP = """from stereo_lab import widgets
 from stereo_lab.motion import Motor
@@ -67,6 +70,12 @@ threading.Thread(target=watch, daemon=True).start()""",
     "print('free')",
     "time.sleep(15)",
 )
+MARKING = (
+    """from stereo_lab import widgets
+from stereo_lab.recording.marks import shots_of
+panel = widgets.mark_balls(shots_of("clutter", "snaps", ["002", "012"]), "marks.csv", "red")""",
+    "panel",
+)
 FLAGS = (
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
     "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage",
@@ -83,7 +92,8 @@ def server(tmp_path_factory):
     folder = tmp_path_factory.mktemp("lab")
     notebook = new_notebook(cells=[new_code_cell(source) for source in (SETUP, *PANELS)])
     live = new_notebook(cells=[new_code_cell(source) for source in LIVE])
-    for name, content in (("panels", notebook), ("live", live)):
+    marking = new_notebook(cells=[new_code_cell(source) for source in MARKING])
+    for name, content in (("panels", notebook), ("live", live), ("marking", marking)):
         content.metadata["kernelspec"] = {"display_name": "Python 3", "language": "python", "name": "python3"}
         nbformat.write(content, folder / f"{name}.ipynb")
     settings = folder / "settings" / "@jupyterlab" / "apputils-extension"
@@ -98,7 +108,7 @@ def server(tmp_path_factory):
     command = [
         sys.executable, "-m", "jupyterlab", "--no-browser", "--ip=127.0.0.1", f"--port={port}", "--allow-root",
         "--ServerApp.port_retries=0", "--IdentityProvider.token=panels", f"--ServerApp.root_dir={folder}",
-        "--LabApp.expose_app_in_browser=True", "--LabApp.news_url=None",
+        "--LabApp.expose_app_in_browser=True", f"--LabApp.extra_labextensions_path={PAGE}", "--LabApp.news_url=None",
         "--LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate",
     ]  # fmt: skip
     with open(folder / "server.log", "w") as log:
@@ -160,6 +170,8 @@ def test_panels_answer_the_keyboard(server, browser):
     _run_all_cells(page, server.page("panels"), browser.late)
     _check_panels(page)
     assert not outside
+    assert all(picture.get_attribute("alt") for picture in page.locator("img.widget-image").all())
+    assert serious(page, "window.jupyterapp.shell.currentWidget.node") == []
     page.close()
 
 
@@ -214,6 +226,37 @@ def test_the_live_cell_is_seen_steered_and_stopped(server, browser):
     time.sleep(2)
     assert psutil.Process(server.process.pid).memory_info().rss / 1e6 < server_mb + 40
     assert seen(server)[2] < kernel_mb + 40
+
+
+@pytest.mark.slow
+def test_a_ball_is_marked_by_clicks_and_by_keys(server, browser):
+    """Two clicks at known places, an arrow key, a button: the table has them."""
+    page = browser.chromium.new_page(viewport={"width": 1400, "height": 1300})
+    _run_all_cells(page, server.page("marking"), browser.late)
+    picture = page.locator('img[alt^="picture"]')
+    picture.wait_for(timeout=30_000)
+    picture.scroll_into_view_if_needed()
+    truth = (436.2, 372.1, 16.2)  # of 002
+
+    def click(u, v):
+        box = picture.bounding_box()
+        scale = box["width"] / (640 + ZOOM_PX)
+        page.mouse.click(box["x"] + (u + 0.5) * scale, box["y"] + (v + 0.5) * scale)
+
+    click(*truth[:2])
+    page.get_by_text("Now click the rim").wait_for(timeout=20_000)
+    click(truth[0] + truth[2], truth[1])
+    page.get_by_text("Does the circle follow the rim").wait_for(timeout=20_000)
+    page.locator(".noUi-handle").nth(2).focus()
+    page.keyboard.press("ArrowRight")
+    page.wait_for_timeout(500)
+    for name in ("next", "no ball", "save"):
+        page.get_by_role("button", name=name, exact=True).click()
+    page.get_by_text("is written: 1 with the ball, 1 without").wait_for(timeout=20_000)
+    marks = read_marks(server.folder / "marks.csv")
+    assert marks["012"] is None and marks["002"][2] == 17
+    assert np.hypot(*np.subtract(marks["002"][:2], truth[:2])) < 2
+    page.close()
 
 
 @pytest.mark.slow

@@ -69,7 +69,7 @@ def test_it_is_plain_enough_for_an_old_python_to_say_so():
 
 
 def test_stop_is_quiet(lab, monkeypatch, capsys):
-    monkeypatch.setattr(lab, "make_environment", lambda: (_ for _ in ()).throw(KeyboardInterrupt))
+    monkeypatch.setattr(lab, "make_environment", lambda *_: (k for k in ()).throw(KeyboardInterrupt))
     assert lab.main(["test"]) == 130
     assert "Stopped" in capsys.readouterr().err
 

@@ -9,7 +9,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from matplotlib.colors import to_hex
+from matplotlib.colors import to_hex, to_rgb
 from mpl_toolkits.mplot3d import proj3d
 
 from stereo_lab import plots
@@ -46,6 +46,28 @@ CALLS = {
     "flow": lambda ax: plots.flow(["one", "two", "three"], "A title", ax),
     "numbers_by_file": lambda ax: plots.numbers_by_file(["a", "b"], [1.0, 9.0], ["b"], "px", "A title", ax),
     "where_boards_were": lambda ax: plots.where_boards_were(np.array([[3.0, 4.0], [30, 20]]), (64, 48), "A title", ax),
+    "both_views": lambda ax: plots.both_views(120.0, 600.0, 640.0, [(400.0, 300.0), (1000.0, 900.0)], "A title", ax),
+    "value_by_pair": lambda ax: plots.value_by_pair(["a", "b"], [1.0, 9.0], "degrees", "A title", ax),
+    "told_and_typed": lambda ax: plots.told_and_typed(["a", "b"], UP[:2], DOWN[:2], "A title", ax),
+    "own_errors": lambda ax: plots.own_errors(["1", "2"], UP[:2], -DOWN[:2], "A title", ax),
+    "depth_errors": lambda ax: plots.depth_errors([("60 mm", UP, DOWN), ("120 mm", UP, UP)], "A title", ax),
+    "rig_drawing": lambda ax: plots.rig_drawing(120.0, 1000.0, 350.0, ("Above", "Side"), ax.figure.subplots(1, 2)),
+    "numbered_things": lambda ax: plots.numbered_things(PICTURE, [[3.0, 2.0, 1.5], [5.0, 3.0, 1.0]], "A title", ax),
+    "boundaries": lambda ax: plots.boundaries(
+        UP,
+        DOWN,
+        np.array([False, True, True, True, False, True])[: len(UP)],
+        {"first": (1, 1, -2.0), "last": (0, 2, 1)},
+        ("x", "y"),
+        "A title",
+        ax,
+    ),
+    "loss_falls": lambda ax: plots.loss_falls([0.7, 0.3, 0.2], "A title", ax),
+    "shares": lambda ax: plots.shares(["a", "b"], [20.0, 90.0], [10.0, 80.0], [40.0, 95.0], "right (%)", "A title", ax),
+    "many_draws": lambda ax: plots.many_draws(
+        {"from nothing": ([10.0, 20.0], [80.0, 90.0])}, {"the paper's way": (100.0, 14.0)}, "A title", ax
+    ),
+    "evidence_counts": lambda ax: plots.evidence_counts(["rim", "shade"], [19, -2], "A title", ax),
     "answers_bar": lambda ax: plots.answers_bar(["a", "b"], [20.0, 40.0], [90.0, 95.0], "A title", ax),
     "suspect": lambda ax: plots.suspect(PICTURE, 3.0, 2.0, 1.5, "A title", ax),
     "signs": lambda ax: plots.signs({"rim": 1.5, "shade": -2.0, "seen": 0.0}, "A title", True, ax),
@@ -144,6 +166,33 @@ def drawn(name):
 @pytest.mark.parametrize("name", CALLS)
 def test_a_figure_draws_what_is_written_down(name):
     assert_as_written(f"plots/{name}", drawn(name))
+
+
+def contrast_with_white(color):
+    """By WCAG 2.2, from 1 to 21."""
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(color)]
+    return 1.05 / (np.dot((0.2126, 0.7152, 0.0722), linear) + 0.05)
+
+
+OVER_PICTURES = {"mark_corners", "depth_doubt"}  # drawn over a photograph, or a field of colours
+
+
+@pytest.mark.parametrize("name", sorted(set(CALLS) - OVER_PICTURES))
+def test_lines_and_words_stand_out_from_white(name):
+    """3 to 1 for lines and bold words, 4.5 to 1 for others; a mark is seen by its edge."""
+    fig, axes = plots.figure()
+    CALLS[name](axes[0, 0])
+    for ax in fig.axes:
+        if ax.images or ax.name == "3d":
+            continue
+        for line in ax.lines:
+            if line.get_linestyle() not in ("None", "", " "):
+                assert contrast_with_white(line.get_color()) >= 3, line
+            elif line.get_marker() not in ("None", None, ""):
+                assert contrast_with_white(line.get_markeredgecolor()) >= 3, line
+        for words in ax.texts:
+            assert contrast_with_white(words.get_color()) >= (3 if words.get_weight() == "bold" else 4.5), words
+    plt.close(fig)
 
 
 def test_every_figure_is_written_down():

@@ -8,6 +8,8 @@ import pytest
 from stereo_lab import plots, widgets
 from stereo_lab.errors import StereoLabError
 from stereo_lab.motion import Motor
+from stereo_lab.recording.marks import read_marks
+from stereo_lab.widgets.lesson09 import ZOOM_PX
 from tests.written import assert_as_written
 
 DISPARITY = np.array([160.0, 103.0, 73.0, 60.0, 49.0, 42.0])
@@ -29,6 +31,7 @@ def panels(bench, bench_calibration):
         widgets.arm_reaches(bench.arm),
         widgets.stopping(Motor()),
         widgets.registering(bench.arm),
+        widgets.rig_planner(40.0),
     ]
     assert np.array_equal(left, before)
     return made
@@ -148,3 +151,59 @@ def test_a_registration_finds_what_is_set_and_worse_cameras_find_it_worse(bench)
         panel.control("off_mm").value = error
         off.append(float(panel.text.value.split("told to be, ")[1].split()[0]))
     assert 0 < off[0] < 2 < off[1]
+
+
+def test_the_planner_says_what_lesson_04_says():
+    """Twice the baseline halves the error and takes a strip away; a wider lens sees more and knows less."""
+    panel = widgets.rig_planner(40.0)
+
+    def told():
+        words = panel.text.value.replace("±", " ").split()
+        return float(words[4]), float(words[words.index("see") + 1])
+
+    panel.control("noise").value, panel.control("depth_mm").value = 100, 2000
+    (error, both), panel.control("baseline_mm").value = told(), 240
+    assert told() == (pytest.approx(error / 2, rel=0.02), both - 120)
+    panel.control("angle_deg").value = 90
+    assert told()[0] > error / 2 and told()[1] == pytest.approx(2 * 2000 - 240)
+
+
+def test_a_ball_is_marked_by_clicks_keys_and_buttons(tmp_path):
+    """Two clicks are a mark, sliders change it, a button says none; what is saved is what was marked."""
+    shots = {"a": np.full((100, 200, 3), 90, np.uint8), "b": np.zeros((100, 200, 3), np.uint8)}
+    panel = widgets.mark_balls(shots, tmp_path / "marks.csv")
+    wide = 200 + ZOOM_PX
+    empty = panel.view()
+
+    def click(u, v):
+        panel.clicked.value = f"{(u + 0.5) / wide} {(v + 0.5) / 100} {u}"
+
+    click(60, 40)
+    assert "rim" in panel.text.value and not panel.marks
+    click(60, 52)
+    assert np.allclose(panel.marks["a"], (60, 40, 12)) and (panel.view() != empty).any()
+    panel.sliders["radius"].value += 3
+    assert np.allclose(panel.marks["a"], (60, 40, 15))
+    click(300, 40)
+    assert "outside" in panel.text.value
+    panel.clicked.value = "no place"
+    panel.buttons["next"].click()
+    panel.buttons["no ball"].click()
+    assert panel.marks["b"] is None and "1 with the ball, 1 without" in panel.text.value
+    panel.buttons["save"].click()
+    assert read_marks(tmp_path / "marks.csv") == {"a": (60, 40, 15), "b": None} and "is written" in panel.text.value
+    panel.buttons["clear"].click()
+    assert list(panel.marks) == ["a"] and repr(panel) == "panel: mark the ball"
+    assert "image/jpeg" in panel._repr_mimebundle_()
+    with pytest.raises(StereoLabError, match="no pictures to mark"):
+        widgets.mark_balls({})
+
+
+def test_marks_are_proposed_and_a_folder_is_no_table(bench, tmp_path):
+    shots = {p.name: p.left for p in bench.pairs("snaps")[:3]}
+    panel = widgets.mark_balls(shots, tmp_path, "red")
+    panel.buttons["propose"].click()
+    truth = [bench.true_ball("snaps", name)["left"] for name in shots]
+    assert np.allclose(list(panel.marks.values()), truth, atol=3)
+    panel.buttons["save"].click()
+    assert "Name a plain file" in panel.text.value

@@ -67,7 +67,7 @@ def ways_of_writing():
         ast.Try: "try: … except E: …",
     }  # fmt: skip
     calls = {"zip": "zip(a, b)", "enumerate": "enumerate(a)", "getattr": 'getattr(a, "b", c)', "globals": "globals()"}
-    names = {"T": "a.T", "eye": "np.eye(2)", "trace": "np.trace(a)", "hypot": "np.hypot(a, b)", "percentile": "np.percentile(a, 95)"}  # fmt: skip
+    names = {"T": "a.T", "eye": "np.eye(2)", "trace": "np.trace(a)", "hypot": "np.hypot(a, b)", "percentile": "np.percentile(a, 95)", "linspace": "np.linspace(a, b, n)"}  # fmt: skip
     for path in NOTEBOOKS:
         for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
             for node in ast.walk(ast.parse("".join(cell["source"]))) if cell["cell_type"] == "code" else ():
@@ -76,6 +76,8 @@ def ways_of_writing():
                     yield calls.get(node.func.id)
                 if isinstance(node, ast.Attribute):
                     yield names.get(node.attr)
+                if isinstance(node, ast.Slice) and node.step is not None:
+                    yield "a[::3]"
                 if isinstance(node, ast.Constant) and node.value is ...:
                     yield "a[..., 0]"
 

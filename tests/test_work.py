@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -160,7 +161,7 @@ def test_a_name_that_is_no_name_of_a_folder(name, capsys):
 
 @pytest.mark.parametrize(
     ("words", "lesson", "more"),
-    [([], "00", []), (["3"], "03", []), (["05", "--", "--no-browser"], "05", ["--no-browser"]), (["--", "--ip=x"], "00", ["--ip=x"])],
+    [([], "00", []), (["3"], "03", []), (["05", "--", "--no-browser"], "05", ["--no-browser"]), (["--", "--ip=x"], "00", ["--ip=x"]), (["02", "--data", str(ROOT / "data"), "--", "--no-browser", "7"], "02", ["--no-browser", "7"])],
 )  # fmt: skip
 def test_start_opens_a_lesson_in_the_learners_folder(tmp_path, monkeypatch, capsys, words, lesson, more):
     started = []
@@ -182,6 +183,8 @@ def test_start_opens_a_lesson_in_the_learners_folder(tmp_path, monkeypatch, caps
     monkeypatch.setenv("STEREO_LAB_WORK", str(tmp_path / "work"))
     assert main(["start", *words]) == 7
     command, environment = started[-1]
+    page = next(word for word in command if word.startswith("--LabApp.extra_labextensions_path="))
+    assert list(Path(page.partition("=")[2]).glob("*/package.json"))  # it names pictures and sliders
     (opened,) = [name for name in NAMES if name.startswith(lesson)]
     assert str(tmp_path / "work" / opened) in command and f"--ServerApp.root_dir={tmp_path / 'work'}" in command
     assert command[len(command) - len(more) :] == more and environment["STEREO_LAB_WORK"] == str(tmp_path / "work")
@@ -191,12 +194,13 @@ def test_start_opens_a_lesson_in_the_learners_folder(tmp_path, monkeypatch, caps
 
 def test_a_folder_for_each_name_beside_lab_py_or_in_the_home(tmp_path, monkeypatch):
     monkeypatch.delenv("STEREO_LAB_WORK", raising=False)
-    monkeypatch.setattr("stereo_lab.recording.REPOSITORY", tmp_path)
-    assert course._folder(None) == tmp_path / "work" and course._folder("ada") == tmp_path / "work-ada"
+    (tmp_path / "lab.py").write_text("")
+    monkeypatch.setattr("stereo_lab.recording.places.REPOSITORY", tmp_path)
+    assert course.work_folder(None) == tmp_path / "work" and course.work_folder("ada") == tmp_path / "work-ada"
     monkeypatch.setattr(os, "access", lambda *_: False)
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     monkeypatch.setenv("USERPROFILE", str(tmp_path / "home"))
-    assert course._folder("ada") == tmp_path / "home" / "stereo_lab" / "work-ada"
+    assert course.work_folder("ada") == tmp_path / "home" / "stereo_lab" / "work-ada"
 
 
 def test_ctrl_c_is_left_to_jupyterlab(tmp_path, monkeypatch):
@@ -225,7 +229,7 @@ def test_reset_by_command(tmp_path):
     run = lambda *words: subprocess.run(
         [sys.executable, "-m", "stereo_lab", *words], env=environment, capture_output=True, text=True
     )
-    assert run("reset", "03").stdout == "03_world_coordinates.ipynb is as new.\n"
+    assert run("reset", "03").stdout.endswith("03_world_coordinates.ipynb is as new.\n")
     assert "What you had is now 03_world_coordinates_20" in run("reset", "3").stdout
     wrong = run("reset", "44")
     assert wrong.returncode == 2 and "There is no lesson '44'" in wrong.stderr

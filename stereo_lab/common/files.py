@@ -11,7 +11,7 @@ import re
 import reprlib
 import stat
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -134,6 +134,27 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
         if part is not None:
             with contextlib.suppress(OSError):  # after the rename it is gone
                 os.remove(part)
+
+
+@contextlib.contextmanager
+def whole_folder(out: Path) -> Iterator[Path]:
+    """A folder to be filled under another name, which then takes the name of ``out``: it is there whole or not at all.
+
+    Raises
+    ------
+    StereoLabError
+        If it cannot be written, or the disk is full.
+    """
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=f".{out.name}_", dir=out.parent) as made:
+            part = Path(made) / "whole"
+            yield part
+            if out.exists():  # an empty one
+                out.rmdir()
+            os.replace(part, out)
+    except OSError as error:
+        raise StereoLabError(f"Cannot write {out}: {error.strerror}. Name another place, or free some space.") from None
 
 
 def write_json(path: str | Path, content: object) -> None:

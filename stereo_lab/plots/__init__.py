@@ -13,5 +13,6 @@ from stereo_lab.plots.lesson05 import *  # noqa: F403
 from stereo_lab.plots.lesson06 import *  # noqa: F403
 from stereo_lab.plots.lesson07 import *  # noqa: F403
 from stereo_lab.plots.lesson08 import *  # noqa: F403
+from stereo_lab.plots.lesson09 import *  # noqa: F403
 from stereo_lab.plots.sheets import *  # noqa: F403
 from stereo_lab.plots.solid import *  # noqa: F403

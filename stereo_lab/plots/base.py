@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 BLUE, ORANGE, GREEN, VERMILION, BLACK = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#000000"
+AMBER = "#9A6700"  # for lines and words on white, where orange is too pale: 4.9 to 1 in place of 2.3
 STYLE: dict[Any, Any] = {"font.size": 12, "axes.titlesize": 13, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 100}
 Numbers = Sequence[float] | np.ndarray  # where they are counted or taken one by one
 

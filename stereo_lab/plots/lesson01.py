@@ -93,6 +93,7 @@ def how_many_pairs(counts: Numbers, used_px: Numbers, unseen_px: Numbers, title:
         textcoords="offset points",
         ha="right",
         color=VERMILION,
+        weight="bold",
     )
     ax.annotate(
         "rows on the pairs of the fit",
@@ -101,6 +102,7 @@ def how_many_pairs(counts: Numbers, used_px: Numbers, unseen_px: Numbers, title:
         textcoords="offset points",
         ha="right",
         color=GREEN,
+        weight="bold",
     )
     ax.set_ylim(bottom=0)
     ax.set_xlabel("pairs in the fit")

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from stereo_lab.plots.base import BLACK, BLUE, ORANGE, VERMILION, show_image
+from stereo_lab.plots.base import AMBER, BLACK, BLUE, VERMILION, show_image
 
 __all__ = ["answers_bar", "flow", "heat", "hue_circle", "mask_view", "reliability", "signs", "suspect"]
 
@@ -95,7 +95,7 @@ def answers_bar(
     ax.set_ylabel("right answers (%)")
     ax.set_title(title)
     ax.legend(loc="upper right", ncols=2)
-    ax.axhline(100, color=ORANGE, linestyle=":")
+    ax.axhline(100, color=AMBER, linestyle=":")
     return ax
 
 

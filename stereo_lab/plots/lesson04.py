@@ -32,7 +32,7 @@ def similar_triangles(
         ax.plot(x, 0, "^", color=color, markersize=14)
         ax.plot(hit, sensor, "o", color=color, markersize=8)
         ax.annotate(f"{name} camera", (x, 0), xytext=(0, -20), textcoords="offset points", ha="center")
-        ax.annotate(f"u {name}", (hit, sensor), xytext=(8, 6), textcoords="offset points", color=color)
+        ax.annotate(f"u {name}", (hit, sensor), xytext=(8, 6), textcoords="offset points", color=color, weight="bold")
     shifted = (x_mm - baseline_mm) * sensor / depth_mm  # where the right camera's ray would meet the left sensor
     ax.plot([0, 2.2 * shifted], [0, 2.2 * sensor], "--", color=VERMILION, linewidth=1)
     ax.plot(shifted, sensor, "o", color=VERMILION, markersize=8, markerfacecolor="white")
@@ -85,7 +85,12 @@ def depth_terms(d_px: np.ndarray, terms: Sequence[tuple[str, np.ndarray]], title
     for (name, values), (color, dash) in zip(terms, ((BLUE, "-"), (VERMILION, "--"), (GREEN, "-.")), strict=False):
         ax.plot(d_px, values, dash, color=color, linewidth=2)
         ax.annotate(
-            name, (d_px[len(d_px) // 3], values[len(d_px) // 3]), xytext=(4, 7), textcoords="offset points", color=color
+            name,
+            (d_px[len(d_px) // 3], values[len(d_px) // 3]),
+            xytext=(4, 7),
+            textcoords="offset points",
+            color=color,
+            weight="bold",
         )
     ax.axhline(0, color=BLACK, linewidth=1)
     ax.set_xlabel("disparity d (px)")
@@ -146,7 +151,7 @@ def error_of_baseline(
     for (name, values), (color, dash) in zip(lines, ((BLUE, "-"), (VERMILION, "--"), (GREEN, "-.")), strict=False):
         ax.plot(baselines_mm, values, dash, color=color, linewidth=2)
         ax.annotate(name, (baselines_mm[len(values) // 4], values[len(values) // 4]), xytext=(6, 4),
-                    textcoords="offset points", color=color)  # fmt: skip
+                    textcoords="offset points", color=color, weight="bold")  # fmt: skip
     ax.axvline(here_mm, color=BLACK, linestyle=":")
     ax.annotate(" this rig", (here_mm, 0.9), xycoords=("data", "axes fraction"))
     ax.set_xlabel("baseline B (mm)")

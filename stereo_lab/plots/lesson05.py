@@ -11,7 +11,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.patches import Arc, Patch
 from numpy.typing import ArrayLike
 
-from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION
+from stereo_lab.plots.base import AMBER, BLACK, BLUE, GREEN, ORANGE, VERMILION
 
 __all__ = ["arms", "cosine_triangle", "one_degree", "reach", "turret", "two_links"]
 
@@ -192,7 +192,7 @@ def one_degree(
     ax = _upper_and_forearm(points, [], title, ax)
     hand = np.asarray(points)[2]
     for k, (label, move) in enumerate(moves_mm):
-        color, wide = ((GREEN, 2.5), (ORANGE, 5))[k % 2]  # the second one shows beside the first
+        color, wide = ((GREEN, 2.5), (AMBER, 5))[k % 2]  # the second one shows beside the first
         tip = hand + move
         arrow = {"arrowstyle": "-|>", "linewidth": wide, "color": color, "shrinkA": 0, "shrinkB": 0}
         ax.annotate("", tip, xytext=hand, arrowprops=arrow, zorder=4 - k)

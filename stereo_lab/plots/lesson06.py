@@ -9,11 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION
+from stereo_lab.plots.base import AMBER, BLACK, BLUE, GREEN, ORANGE, VERMILION
 
 __all__ = ["holding", "motor_curves", "plan", "stopping_errors", "stops", "touches"]
 
-STYLES = ((BLUE, "-"), (VERMILION, "--"), (GREEN, "-."), (ORANGE, ":"))
+STYLES = ((BLUE, "-"), (VERMILION, "--"), (GREEN, "-."), (AMBER, ":"))
 LARGER = 50  # a miss is drawn so many times as far: a millimetre beside a ball cannot be seen
 
 
@@ -32,7 +32,7 @@ def holding(
         ax.plot(theta1_deg, torque, dash, color=color, linewidth=2.5, label=label)
     ax.axhline(0, color=BLACK, linewidth=0.8)
     for side in (rated_nm, -rated_nm):
-        ax.axhline(side, color=ORANGE, linewidth=2, linestyle=":", label="motor, for long" if side > 0 else None)
+        ax.axhline(side, color=AMBER, linewidth=2, linestyle=":", label="motor, for long" if side > 0 else None)
     ax.set_xticks(range(-180, 181, 45))
     ax.set_xlabel("shoulder angle (degrees)")
     ax.set_ylabel("torque (N·m)")

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from stereo_lab.common.files import check_target
 from stereo_lab.errors import StereoLabError
-from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION, figure
+from stereo_lab.plots.base import AMBER, BLACK, BLUE, GREEN, ORANGE, VERMILION, figure
 
 if TYPE_CHECKING:
     from stereo_lab.live.log import Run
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["certainty", "milliseconds", "over_time", "pose_at_ball", "run_page", "usage"]
 
 PAPERS_CPU, PAPERS_RSS_MB = 23.37, 155.71  # means over 653 samples
-STYLES = ((BLUE, "-"), (VERMILION, "--"), (GREEN, "-."), (ORANGE, ":"))
+STYLES = ((BLUE, "-"), (VERMILION, "--"), (GREEN, "-."), (AMBER, ":"))
 
 
 def pose_at_ball(

@@ -11,11 +11,13 @@ from stereo_lab.widgets.lesson04 import ball_against_disparity, depth_samples, s
 from stereo_lab.widgets.lesson05 import arm_reaches
 from stereo_lab.widgets.lesson06 import registering, stopping
 from stereo_lab.widgets.lesson07 import LiveCell, live_cell
-from stereo_lab.widgets.lesson08 import RecorderPanel, recorder_panel
+from stereo_lab.widgets.lesson08 import RecorderPanel, recorder_panel, recorder_view, rig_planner
+from stereo_lab.widgets.lesson09 import MarkPanel, mark_balls
 from stereo_lab.widgets.panel import Panel
 from stereo_lab.widgets.space import space
 
 __all__ = [
-    "Clip", "LiveCell", "Panel", "RecorderPanel", "arm_reaches", "ball_against_disparity", "color_thresholds", "depth_samples", 
-    "epipolar_line", "hough_parameters", "live_cell", "recorder_panel", "registering", "signs_against_squint", "space", "stopping",
+    "Clip", "LiveCell", "MarkPanel", "Panel", "RecorderPanel", "arm_reaches", "ball_against_disparity", "color_thresholds", "depth_samples", 
+    "epipolar_line", "hough_parameters", "live_cell", "mark_balls", "recorder_panel", "recorder_view", "registering", "rig_planner", "signs_against_squint", "space",
+    "stopping",
 ]  # fmt: skip

@@ -16,7 +16,7 @@ import numpy as np
 
 from stereo_lab.errors import StereoLabError
 
-CLIP_WIDTH = 480  # px; wider ones are made smaller
+CLIP_WIDTH = 480  # px
 
 
 class Clip:
@@ -27,6 +27,7 @@ class Clip:
     pictures : sequence of ndarray, BGR, all of one size
     rate_hz : float, pictures a second
     says : str, what is to be seen, for whoever cannot see it
+    width_px : int, of the clip where the pictures are wider
 
     Raises
     ------
@@ -34,11 +35,11 @@ class Clip:
         If there is no picture.
     """
 
-    def __init__(self, pictures: Sequence[np.ndarray], rate_hz: float, says: str) -> None:
+    def __init__(self, pictures: Sequence[np.ndarray], rate_hz: float, says: str, width_px: int = CLIP_WIDTH) -> None:
         if not len(pictures):
             raise StereoLabError("Expected the pictures of a clip, got none. Run the cell that makes them first.")
         high, wide = pictures[0].shape[:2]
-        scale = min(1.0, CLIP_WIDTH / wide)
+        scale = min(1.0, width_px / wide)
         self.size = 2 * round(wide * scale / 2), 2 * round(high * scale / 2)  # VP8 wants whole pairs of pixels
         small = [cv2.resize(picture, self.size, interpolation=cv2.INTER_AREA) for picture in pictures]
         self.says, self.webm = says, _webm(small, rate_hz, self.size)

@@ -25,6 +25,7 @@ from stereo_lab.widgets.panel import (
     SILENT_S,
     TICK_MS,
     WHITE,
+    Pictured,
     answer_while_busy,
     jpeg,
     slider,
@@ -35,7 +36,7 @@ THE_END = "The pictures have ended."
 GLIDE_MM_S = 150.0  # the ball goes so fast to where the sliders say: a jump would be taken for another ball
 
 
-class LiveCell(ipywidgets.VBox):
+class LiveCell(Pictured):
     """Play and stop, the ball by sliders, both pictures. ``repr`` never changes, so that a notebook's output does not.
 
     The run lives in a thread. ``Play`` starts it, stops it, and ticks: a page that is closed falls silent, and the run ends.
@@ -74,7 +75,7 @@ class LiveCell(ipywidgets.VBox):
         self.off = slider("before the plane (mm)", 0, -100, 100)
         self.text = ipywidgets.Label(PRESS)
         self.picture = ipywidgets.Image(format="jpeg", layout=ipywidgets.Layout(max_width="100%"))
-        self.picture.value = jpeg(np.full((stage.image_size[1] // 4, stage.image_size[0] // 2, 3), 230, np.uint8))
+        self.picture.value = jpeg(_before_it_plays(stage))
         super().__init__([ipywidgets.HBox([self.play, self.follow]), self.x, self.y, self.off, self.text, self.picture])
         for control in (self.play, self.follow, self.x, self.y, self.off):
             answer_while_busy(control)
@@ -213,6 +214,13 @@ def _drawn(moment: Moment) -> np.ndarray:
     if moment.step is not None:
         words[2] = f"arm {moment.step.reached.theta1_deg:.0f}, {moment.step.reached.theta2_deg:.0f} degrees"
     return _with_words(view, words)
+
+
+def _before_it_plays(stage):
+    """A pair of the recording, smaller."""
+    pair = stage.samples("position")[0].pair
+    view = cv2.resize(np.hstack([pair.left, pair.right]), None, fx=0.6, fy=0.6, interpolation=cv2.INTER_AREA)
+    return _with_words(view, ["A recorded pair. " + PRESS])
 
 
 def _with_words(view, words):

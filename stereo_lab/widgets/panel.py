@@ -23,7 +23,17 @@ QUALITY = 80  # of the pictures on their way to the page
 PRESS = "Press play: the triangle on the left."
 
 
-class Panel(ipywidgets.VBox):
+class Pictured(ipywidgets.VBox):
+    """Widgets round a ``picture``, which a page shows on which no kernel runs, as on the web or in print."""
+
+    picture: ipywidgets.Image
+
+    def _repr_mimebundle_(self, **asked: Any) -> dict[str, Any]:
+        """As any widget's, and the picture of the moment."""
+        return {**super()._repr_mimebundle_(**asked), "image/jpeg": base64.b64encode(self.picture.value).decode()}
+
+
+class Panel(Pictured):
     """A picture, a line of text and controls. ``repr`` never changes, so that a notebook's output does not."""
 
     def __init__(
@@ -40,10 +50,6 @@ class Panel(ipywidgets.VBox):
 
     def __repr__(self):
         return f"panel: {self._name}"
-
-    def _repr_mimebundle_(self, **asked: Any) -> dict[str, Any]:
-        """As any widget's, and the picture of the moment for a page on which no kernel runs."""
-        return {**super()._repr_mimebundle_(**asked), "image/jpeg": base64.b64encode(self.picture.value).decode()}
 
     def control(self, name: str) -> ipywidgets.Widget:
         """One of the panel's controls, by name."""
