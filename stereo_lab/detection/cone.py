@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike
 from stereo_lab.detection.outline import RAYS, Look
 
 ON_PX, ON = 0.5, 0.04  # px, or of the radius: so near to the cone an edge lies on it
-LIMITS_PX, LIMITS = (1.5, 0.5, 0.25), (0.1, 0.04, 0.02)  # beyond them an edge counts nothing, round by round (Tukey)
-LEAST_ROUNDS, MOST_ROUNDS, STILL_PX = 2, 12, 0.01  # the last limit is kept until the cone stands still
+LIMIT_PX, LIMIT = 0.25, 0.02  # px, or of the radius: beyond it an edge counts nothing (Tukey)
 SCATTERED = 4.0  # but nearer than so many times the median, for a smeared rim scatters: 2.7 standard deviations
+MOST_ROUNDS, STILL_PX = 12, 0.01  # until the cone stands still
 LEAST_CLEAR = 0.3  # of the rays must show an edge
 ONE_CURVE = 0.75  # of these must lie on one cone; else the best cone through three rays is the start
 NORMAL, LEAST_SCATTER_PX = 1.4826, 0.02  # scatter of the edges by their median; the pixels alone bring so much
@@ -82,13 +82,14 @@ def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
     if count < LEAST_CLEAR * RAYS:
         return None
     rays, used, near = look.rays(off), weights, max(0.6, 0.05 * look.r)
-    products = np.concatenate([(rays[:, :, None] * rays[:, None]).reshape(RAYS, 9), rays], 1)
-    gap = np.zeros(RAYS)
+    and_one = np.concatenate([rays, np.ones((RAYS, 1))], 1)
+    products = (rays[:, :, None] * and_one[:, None]).reshape(RAYS, 12)
+    gap, least = np.zeros(RAYS), max(LIMIT_PX, LIMIT * look.r)
     for rounds in range(MOST_ROUNDS):
         before = gap
-        sums = used @ products
-        normal = sums[:9].reshape(3, 3) + TINY
-        axis = cv2.solve(normal, sums[9:, None], flags=cv2.DECOMP_CHOLESKY)[1][:, 0]
+        sums = (used @ products).reshape(3, 4)
+        normal = sums[:, :3] + TINY
+        axis = cv2.solve(normal, sums[:, 3:], flags=cv2.DECOMP_CHOLESKY)[1][:, 0]
         x, y, z = axis.tolist()
         tan2 = x * x + y * y + z * z - 1
         if not tan2 > 1e-8 or z < 0.05:
@@ -98,10 +99,9 @@ def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
         if rounds == 0 and np.count_nonzero(away[clear] < near) < ONE_CURVE * count:
             axis = _best_of_threes(rays[clear], near, look.r)
             away = np.abs(rays @ axis - 1) * (look.r / (axis @ axis - 1))
-        if rounds >= LEAST_ROUNDS and np.abs(gap - before).max() < STILL_PX:
+        if rounds and cv2.norm(gap, before, cv2.NORM_INF) < STILL_PX:
             break
-        k = min(rounds, len(LIMITS) - 1)
-        limit = max(LIMITS_PX[k], LIMITS[k] * look.r, SCATTERED * middle_of(away[clear]))
+        limit = max(least, SCATTERED * middle_of(away[clear]))
         used = weights * np.maximum(1 - (away / limit) ** 2, 0) ** 2
     u, v = look.pixel(axis)
     radius = float(look.camera[0][0, 0]) * tan2**0.5

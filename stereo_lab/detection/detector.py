@@ -21,7 +21,7 @@ SURE, TRIED = 0.9, 0.8  # nothing else is looked for; no votes are counted
 LEAST_PX, LEAST_OF_WIDTH, MOST_OF_WIDTH = 3.0, 0.007, 0.6  # radii worth looking for
 GLANCE_STEP, LONG_STEP = 1.5, 2.2  # not every pixel is looked at: so many in the least radius
 GLANCES, BEST_VOTED = 6, 8  # patches that get a first look; circles with the most votes, whatever colour is round them
-SAME_SIZE, SAME_STEP = 0.2, 0.5  # a patch that stands alone tells its radius to this part and half a step of the glance
+SMALLER, SAME_STEP = 0.2, 0.5  # a cone is smaller than its patch by this part at most, and half a step of the glance
 WIDE, NARROW, SMEARED = 0.45, 0.3, 0.75  # how far from the outline a look reaches, in radii
 STEADY, MOVED = 0.75, 0.3  # less of the rim on the cone: a wider look follows; so many radii from the circle: another
 LARGE_PX, FINE_PX = 40, 8  # on a larger ball places lie too far apart: one more look, so many px to both sides
@@ -91,7 +91,7 @@ class BallDetector:
         seen: list[Thing] = []
         for u, v, r in where.patches(like, where.SURELY, least / step)[:GLANCES]:
             cone = self._quick(image, (u * step, v * step, r * step), "ball")
-            if cone is not None and abs(cone.outline_px - r * step) <= (SAME_SIZE * r + SAME_STEP) * step:
+            if cone is not None and _of_the_patch(cone, r, step):
                 seen.append(judge(cone, colored, self.color.weights))
                 if sureness(seen) >= SURE and not everything:
                     return seen
@@ -186,6 +186,11 @@ class BallDetector:
 def _least_radius(image):
     """Of a ball worth looking for in a picture, px."""
     return max(LEAST_PX, LEAST_OF_WIDTH * image.shape[1])
+
+
+def _of_the_patch(cone, r, step):
+    """Whether a cone may be that of a patch of r steps: a smear leaves less of the sure colour than the ball has, never more."""
+    return (1 - SMALLER) * r - SAME_STEP <= cone.outline_px / step <= r / SHRUNK
 
 
 def _apart(circle, other):

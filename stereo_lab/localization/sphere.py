@@ -12,7 +12,7 @@ import numpy as np
 
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.detection import Detection
-from stereo_lab.detection.cone import LIMITS, LIMITS_PX, SCATTERED, Cone, middle_of, spread_px
+from stereo_lab.detection.cone import LIMIT, LIMIT_PX, SCATTERED, Cone, middle_of, spread_px
 
 SIZE_SIGMA_PX = 0.12  # blur and sharpening move the rim: so much may the ball's radius differ between the pictures
 CONTRADICT = 6.0  # squared, in standard deviations, two of them free: of cones without a fault one pair in twenty
@@ -96,7 +96,7 @@ def _by_edges(cone):
         gap = 1 - rays @ axis
         px = cone.look.r / (axis @ axis - 1)  # a change of a'·ray in pixels
         middle = middle_of(np.abs(px * gap[clear]))
-        limit = max(LIMITS_PX[-1], LIMITS[-1] * cone.look.r, SCATTERED * middle)
+        limit = max(LIMIT_PX, LIMIT * cone.look.r, SCATTERED * middle)
         counts = cone.weights * np.maximum(1 - (px * gap / limit) ** 2, 0) ** 2
         weighed = (counts * (px / spread_px(middle)) ** 2)[:, None] * rays
         return rays.T @ weighed, gap @ weighed
