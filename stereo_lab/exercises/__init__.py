@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises.blank import ____
 from stereo_lab.exercises.sitting import catch_up
+from stereo_lab.exercises.stops import explain_stops
 
 if TYPE_CHECKING:  # a lesson is loaded when its questions are asked for
     from stereo_lab.exercises.question import Question
@@ -47,6 +48,7 @@ def questions(lesson: str, recording: Recording, **seen: Any) -> tuple[Question,
     name = str(lesson).zfill(2)
     if name not in LESSONS:
         raise StereoLabError(f"There are no questions for lesson {lesson!r}. Lessons: {', '.join(LESSONS)}.")
+    explain_stops()
     asked = import_module(f"stereo_lab.exercises.lesson{name}").questions(recording, **seen)
     if recording.seat is None:
         return tuple(asked)

@@ -7,7 +7,16 @@ import reprlib
 from dataclasses import dataclass
 from typing import Any
 
-from stereo_lab.exercises.reading import NEGATIONS, OPEN_WORDS, UNSURE, key_words, told_beside, without_contrast
+from stereo_lab.exercises.reading import (
+    HANGING,
+    NEGATIONS,
+    OPEN_WORDS,
+    UNSURE,
+    key_words,
+    told_beside,
+    without_contrast,
+    without_reason,
+)
 from stereo_lab.exercises.verdict import NOT_ATTEMPTED, NOT_YET, PASS, Verdict, Wrong
 
 
@@ -40,6 +49,8 @@ class Choice:
         """PASS for the right word, large or small letters; else what is wrong with the other."""
         if isinstance(answer, (list, tuple)) and len(answer) == 1:
             answer = answer[0]
+        if isinstance(answer, (int, float)) and not isinstance(answer, bool):
+            answer = f"{answer:g}"
         listed = "; ".join(self.options)
         if not issubclass(type(answer), str):
             return Verdict(NOT_YET, f"answer with one of these, in quotes: {listed}.")
@@ -49,6 +60,7 @@ class Choice:
         meant = self.right if word in self.also else self._meant(answer)
         if meant == self.right:
             return Verdict(PASS, self.praise)
+        meant = meant or self._meant(without_reason(answer))
         for mistake in self.wrong:
             if meant == mistake.answer:
                 return Verdict(NOT_YET, mistake.message)
@@ -62,9 +74,13 @@ class Choice:
         if not words or words & UNSURE:
             return "a wrong guess costs nothing. Take one"
         if re.fullmatch(r"[-+]?[\d.,]+", word):
-            return "a number is no answer here. Take one"
+            return "a number is no answer here. Take one, in quotes"
         if "both" in words or sum(key_words(option) <= words for option in self.options) > 1:
             return "these are two of the answers. Take one"
+        if re.match(r"(yes|no)\b", word):
+            return "this is no question of yes or no. Take one"
+        if words & HANGING:
+            return "one of these holds in every case. Take one"
         if words & NEGATIONS:
             return f"{reprlib.repr(word)} says what it is not. Say what it is"
         return f"{reprlib.repr(word)} is not among the answers"

@@ -147,8 +147,16 @@ class Function:
             if self._does_as(mistake.answer, outputs, NEAR) and self._is(answer, mistake):
                 return Verdict(NOT_YET, mistake.message)
         known = f"right for {sum(fits)} of {len(fits)} tries, but " if any(fits) else ""
-        told = of_a_function(answer, self, outputs)
+        told = self._turned(outputs) or of_a_function(answer, self, outputs)
         return Verdict(NOT_YET, told or known + self._example(fits.index(False), outputs))
+
+    def _turned(self, outputs):
+        """A mistake that people make, and a sign that is turned round as well; "" where it is not that."""
+        if any(np.asarray(o).dtype.kind not in "iuf" for o in outputs):
+            return ""
+        turned = [-np.asarray(o) for o in outputs]
+        meant = (m.message for m in self.wrong if self._does_as(m.answer, turned, NEAR))
+        return next((f"{message} And your sign is turned round." for message in meant), "")
 
     def _is(self, answer, mistake):
         """Whether a function that gives the same as a mistake does so elsewhere, too: one of a few cases may be met by chance."""

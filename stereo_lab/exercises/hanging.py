@@ -65,6 +65,9 @@ def how_it_moves(function, right, inputs, names, parts, room=NEAR):
     for name, tries in seen.items():
         if said := _of_steps(name, tries, seen):
             return said
+    for name in seen:
+        if len(seen) > 1 and _is_added(name, function, right, inputs, names, parts):
+            return f"something is added in yours that hangs on {name} alone, or taken away."
     for name, tries in seen.items():
         for before, after, was, becomes, _ in tries:
             if not near(was, becomes) and not near(after - before, becomes - was):
@@ -73,6 +76,28 @@ def how_it_moves(function, right, inputs, names, parts, room=NEAR):
                     f"yours goes from {say(before)} to {say(after)}."
                 )
     return ""
+
+
+def _is_added(name, function, right, inputs, names, parts):
+    """Whether a result is the right one and something more, which no other argument changes."""
+    moved = False
+    for arguments in inputs:
+        here = _more(function, right, arguments)
+        for changed, _, other in _doubled(arguments, names, parts):
+            there = _more(function, right, other)
+            if here is None or there is None:
+                return False
+            if changed == name:
+                moved = moved or abs(there - here) > EXACT
+            elif abs(there - here) > EXACT:
+                return False
+    return moved
+
+
+def _more(function, right, arguments):
+    """What a result has more than the right one; None where one of them is none."""
+    values = [numbers_of(f, arguments) for f in (function, right)]
+    return None if any(v is None for v in values) or len(values[0]) != 1 else float(values[0][0] - values[1][0])
 
 
 def _seen(function, right, inputs, names, parts):

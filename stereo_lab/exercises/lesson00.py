@@ -129,6 +129,7 @@ def questions(recording: Recording, balls: tuple[Detection, Detection] | None = 
                 ),
                 "near things jump far. Lesson 04 turns that into millimetres.",
                 same=(
+                    ("grows? (when|if|as|the) .*(farther|further|far|away|stretch).*", "shrinks"),
                     ("(gets|becomes|is|it's)? ?(larger|bigger|more|greater|wider|longer|farther|higher)( jump| jumps)?", "grows"),
                     ("increas(es|ing|e)|ris(es|e|ing)|(goes |moves )?up|(jumps )?farther|expands", "grows"),
                     ("(gets|becomes|is|it's)? ?(smaller|less|lower|shorter|narrower)( jump| jumps)?", "shrinks"),
@@ -137,12 +138,14 @@ def questions(recording: Recording, balls: tuple[Detection, Detection] | None = 
                 ),
                 beside=(
                     (".*(zero|vanish|disappear|nothing).*", "only what is very far away stands still. Hold the finger near: does it jump more, or less?"),
+                    ("(it |the ball )?(jumps?|moves?|chang(es|e|ing)).*", "it does. Does the jump grow, shrink or stay, when the ball comes nearer?"),
                     (".*(turn|revers|opposite|other way).*", "the direction stays: in the right picture it is always farther left. Does the jump grow or shrink?"),
                     (".*(near|close|far)[a-z]*", "that is what the ball does. What does its jump do: grow, shrink or stay?"),
                     (
                         ".*(doubl|twice|halv|half|quarter|square).*",
                         "by how much depends on how much nearer it comes. Only the direction is asked for: grows, shrinks or stays?",
                     ),
+                    (".*(finger|ball|wall|eye|hand|camera).*", "what it is that jumps is known. Does its jump grow, shrink or stay?"),
                     (".*(left|right).*", "where to is another question. Does the jump, the number of pixels, grow, shrink or stay?"),
                 ),
             ),

@@ -222,11 +222,11 @@ def _unseen():
             ),
             beside=(
                 (
-                    "(the )?(left|right).*|(the )?(worst|best|last|first) .*|(the )?(board|chessboard|camera|lens|ruler|median).*",
+                    "(the )?(left|right).*|(the )?(worst|best|last|first) .*|(the )?(board|chessboard|camera|lens|ruler|median|focal length|baseline|distortion).*",
                     "on which pairs is the error to be looked at: on those of the fit, or on others?",
                 ),
                 (
-                    ".*(more|many|most|enough|fewer|less|number of|\\d) ?(pairs|pictures|boards|images)?.*",
+                    ".*(more|many|most|enough|fewer|less|number of|one|two|three|four|five|ten|twenty|\\d) ?(pairs|pictures|boards|images)?.*",
                     "more pairs make a better fit. But on which pairs does one see that it is better?",
                 ),
                 (

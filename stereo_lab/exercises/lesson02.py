@@ -204,7 +204,7 @@ def _peak():
             ),
             same=(
                 (
-                    "(filled|full|solid) (circle|ring)|((big|bigger|large|larger|small|smaller|full) )*dis[ck]|blob|patch|round area",
+                    "(filled|full|solid) (circle|ring)|((big|bigger|large|larger|small|smaller|full|filled|solid|whole) )*dis[ck]|blob|patch|round area",
                     "disc",
                 ),
                 (
@@ -212,7 +212,7 @@ def _peak():
                     "( with a hole| with nothing inside)?( ((a)?round|about) (the|its) (centre|center|middle))?",
                     "ring",
                 ),
-                ("(one |big |small |single )?(dot|spot|points?|dots|peak)", "point"),
+                ("((one|a|big|small|smaller|tiny|single) )*(dot|spot|points?|dots|peak)", "point"),
                 ("(straight )?(lines?|stroke)", "line"),
             ),
             beside=(

@@ -49,6 +49,10 @@ def _twice_as_far():
             ),
             beside=(
                 (
+                    "(it )?(grows|increases|rises|gets (larger|bigger)|becomes (larger|bigger)|larger|bigger).*",
+                    "far things jump less, not more. What part of it is left at twice the depth?",
+                ),
+                (
                     ".*squar.*",
                     "areas and squares have no place here: it is a length. Twice as far away, how long is it?",
                 ),

@@ -142,7 +142,7 @@ def _runs_on():
 
 
 def _rule():
-    tries = tuple((left, 5.0, 2.1, 1.4) for left in (40.0, 5.5, 4.5, 0.3, 0.0, -2.0)) + ((8.0, 12.0, 2.4, 1.3),)
+    tries = tuple((left, 5.0, 2.1, 1.4) for left in (40.0, 5.5, 4.5, 0.3, 0.0, -2.0, -8.0)) + ((8.0, 12.0, 2.4, 1.3),)
     return dict(
         asks="Write the paper's rule: full speed, slow within the zone, brake at the goal.",
         answer=Function(
@@ -151,6 +151,10 @@ def _rule():
                 Wrong(
                     lambda left, zone, fast, slow: slow if left > zone else fast,
                     "yours is slow far away and fast near the goal, and never brakes.",
+                ),
+                Wrong(
+                    lambda left, zone, fast, slow: fast if abs(left) > zone else slow if left > 0 else 0.0,
+                    "far past the goal yours goes on at full speed: abs takes the sign away that says which side it is on.",
                 ),
                 Wrong(
                     lambda left, zone, fast, slow: fast if left > zone else slow if left >= 0 else 0.0,

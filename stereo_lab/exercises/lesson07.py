@@ -13,7 +13,7 @@ from stereo_lab.recording import Recording
 BALL_RADIUS_MM = 20.0
 SIGMAS = 4.0  # farther off than so many standard deviations is another ball
 GOES_ON = "(go(es)? on|keep|continue|carry on|follow|predict|guess|move)"
-STOPS = "(stop|brake|halt|freeze|wait|stay|hold|pause)s?"
+STOPS = "(stop|brake|halt|freeze|wait|stand|stay|hold|pause)s?"
 NO_END = "(until|till|for ?ever|always)"
 
 
@@ -59,6 +59,8 @@ def _angles(l1, l2):
                 Wrong(lambda x, y, a, b: _given_as(x, y, a, b), "elbow_deg and shoulder_deg take the links first, then the place: (l1, l2, x, y)."),
                 Wrong(lambda x, y, a, b: _given_as(x, y, a, b)[::-1], "elbow_deg and shoulder_deg take the links first, then the place; and the shoulder comes first in the answer."),
                 Wrong(lambda x, y, a, b: (shoulder_deg(elbow_deg(a, b, x, y), a, b, x, y), elbow_deg(a, b, x, y)), "shoulder_deg takes θ2 last: (l1, l2, x, y, theta2)."),
+                Wrong(lambda x, y, a, b: (angles_for(x, y, a, b)[0], sum(angles_for(x, y, a, b))), "the second angle is θ2 itself, as elbow_deg gives it: nothing is to be added to it."),
+                Wrong(lambda x, y, a, b: _all_in_radians(x, y, a, b), "elbow_deg and shoulder_deg give degrees and take them, and the arm counts in degrees: no radians()."),
                 Wrong(lambda x, y, a, b: sum(angles_for(x, y, a, b)), "a plus makes one number of two. Two angles, with a comma between them."),
                 Wrong(lambda x, y, a, b: angles_for(y, x, a, b), "x and y are swapped."),
             ),
@@ -192,7 +194,7 @@ def _hidden():
                 (".*(off|shut|power|kill).*", "switched off, an arm is not held: lesson 06. It was going somewhere: how long is that worth following, and what then?"),
                 (".*(beep|warn|alarm|call|tell|say|ask).*", "that may be done as well. And the arm: how long does it go on, and what then?"),
                 (".*(search|look for|find).*", "searching is a new move, without knowing where to. It was going somewhere: how long is that worth following?"),
-                (".*last (seen|place|position|known).*", "there the ball is no more: it rolls on. Where it will be is predicted: how long is that worth following?"),
+                (".*((seen|known) last|last (seen|place|position|known)).*", "there the ball is no more: it rolls on. Where it will be is predicted: how long is that worth following?"),
                 (".*slow.*", "slower to where? It was going somewhere: how long is that worth following, and what then?"),
                 (".*(behind|through|book).*", "the arm would hit the book. It was going somewhere: how long is that worth following?"),
             ),
@@ -282,6 +284,7 @@ def _milliseconds():
             ),
             beside=(
                 (".*(position|place|rectif|triangulat|depth).*", "a handful of multiplications: too little to be drawn. Look at the bars."),
+                (".*(kalman|filter|predict|track).*", "a few small sums: too little to be drawn. Look at the bars."),
                 (".*(same|equal|all|none).*", "look at the bars: one of them is far longer than the others. Which?"),
                 (".*(computer|program|python|cpu|code|software).*", "which part of what the program does? Look at the bars: is the longest of them the program's at all?"),
                 (".*(arm|motor|move|moving).*", "from the light to the moment when the arm begins to move: the move itself is not counted. Look at the bars."),
@@ -365,6 +368,7 @@ def _hold():
                 ("(on |at )?(the )?arm.*", "the arm is to reach for it. What holds the ball, and keeps all of you out of reach?"),
                 (".*(grip|claw|tray|shelf|cup|plate|holder).*", "it stands where the arm reaches, and somebody must put the ball there. What holds it, and keeps all of you out of reach?"),
                 (".*(tape|glue|head|foot|friend|pocket|mouth).*", "what is near the ball is near the arm. What holds the ball, and keeps all of you out of reach?"),
+                (".*(finger|thumb|glove|hand).*", "the hand of the arm comes as near as 10 mm to the ball, at half a metre a second: yours is there."),
                 (".*(tongs|pliers|tweezers).*", "they keep your hand a few centimetres away. What is longer than the arm reaches?"),
                 (".*(string|thread|rope|cord).*", "on a string it swings, and the arm swings after it. What holds the ball still, and your hand far away?"),
                 (".*(not at all|nobody|don't|do not|careful|slowly).*", "the ball must be somewhere, and you must be out of reach. What is longer than the arm?"),
@@ -385,6 +389,11 @@ def angles_for(x: float, y: float, l1: float, l2: float) -> tuple[float, float]:
     """Eq. 5 and 6: both angles for a place, degrees."""
     theta2_deg = elbow_deg(l1, l2, x, y)
     return shoulder_deg(l1, l2, x, y, theta2_deg), theta2_deg
+
+
+def _all_in_radians(x, y, l1, l2):
+    theta2 = math.radians(elbow_deg(l1, l2, x, y))
+    return math.radians(shoulder_deg(l1, l2, x, y, theta2)), theta2
 
 
 def _by_another_elbow(x, y, l1, l2, change):

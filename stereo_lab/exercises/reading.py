@@ -75,6 +75,7 @@ NEGATIONS = frozenset(
         "barely",
     ]
 )
+HANGING = frozenset(["depend", "vary", "vari", "sometim"])
 UNSURE = frozenset(["know", "idea", "guess", "unsure", "sure", "maybe"])
 NO_NUMBERS = OPEN_WORDS - {"above", "below", "half"} | {"hundred", "thousand", "million", "dozen", "small"}
 CODE = re.compile(r"\s*[a-z_]\w*\s*[-+*/]\s*[\w(]|.*[a-z]\w*(\.[a-z_]|\[|\(|_\w)", re.IGNORECASE)
@@ -171,6 +172,11 @@ def without_contrast(text: str) -> str:
     found = re.fullmatch(r"\s*not\s+(?P<no>[^,]*),\s*(but\s+)?(?P<yes>.*)", text, re.IGNORECASE)
     found = found or re.fullmatch(r"(?P<yes>[^,]*),\s*(and\s+)?not\s+(?P<no>.*)", text, re.IGNORECASE)
     return found["yes"] if found else text
+
+
+def without_reason(text: str) -> str:
+    """What is said before a reason for it."""
+    return re.split(r"\W+(?:because|since|as|so|for|due)\W", text, maxsplit=1, flags=re.IGNORECASE)[0]
 
 
 def told_beside(answer: str, beside: Sequence[tuple[str, str]]) -> str:

@@ -20,6 +20,14 @@ SAID = (
     ("bitwise_xor", "a power is written ** in Python."),
     ("'builtin_function_or_method'", "a function is named and not called: put () after it."),
     ("'Position' and 'Position'", "places cannot be subtracted as a whole: take the numbers in them, as a.x_mm - b.x_mm."),
+    ("'Detection' and 'Detection'", "detections cannot be subtracted as a whole: take the numbers in them, as a.u - b.u."),
+    ("'Detection' object has no", "a detection has u, v and radius_px, in px."),
+    ("'LineFit' and", "a fitted line is no number: take one that it holds, as line.slope_mm_per_px."),
+    ("and 'LineFit'", "a fitted line is no number: take one that it holds, as line.slope_mm_per_px."),
+    ("Improper number of dimensions to norm", "np.linalg.norm takes one list of steps: np.linalg.norm([a, b]). np.hypot takes two numbers."),
+    ("indices must be integers", "an index is a whole number: [0], [1]."),
+    ("too many indices", "there are more numbers in the square brackets than it has directions: rows, columns, channels."),
+    ("only integers, slices", "an index is a whole number, without quotes: [0], [1]."),
     ("'Position' object has no attribute", "a place has x_mm, y_mm and depth_mm."),
     ("'Position' object is not", "a place is no list: take the numbers in it, as a.x_mm."),
     ("not Position", "a place is no number: take the numbers in it, as a.x_mm."),
@@ -61,7 +69,6 @@ SAID = (
     ("cannot unpack", "this is one number alone: one name before the =."),
     ("local variable", "a name is used before it is given a value: an = further up."),
     ("only integer scalar arrays", "an index is one whole number: [0], [1]."),
-    ("indices must be integers", "an index is a whole number: [0], [1]."),
     ("could not be broadcast", "two arrays of different lengths are joined: take their numbers one by one, or means of both."),
     ("has no attribute 'mean'", "this is one number already, or a list: np.array has .mean() and .sum()."),
     ("has no attribute 'sum'", "this is one number already, or a list: np.array has .mean() and .sum()."),
@@ -72,8 +79,7 @@ SAID = (
 
 def in_plain_words(error: BaseException) -> str:
     """What to say of an error that a learner's function stopped with."""
-    told = error_in_words(error)
-    plain = next((sentence for part, sentence in SAID if part in told), "")
+    told, plain = error_in_words(error), meaning_of(error)
     if isinstance(error, NameError) and not plain:
         name = str(getattr(error, "name", ""))
         if name.startswith("arc"):
@@ -87,6 +93,12 @@ def in_plain_words(error: BaseException) -> str:
         + ("" if told.endswith(".") else ".")
         + (f" That means: {plain}" if plain else "")
     )
+
+
+def meaning_of(error: BaseException) -> str:
+    """The same in a sentence for people; "" where Python's own words must do."""
+    told = error_in_words(error)
+    return next((sentence for part, sentence in SAID if part in told), "")
 
 
 def error_in_words(error: BaseException) -> str:

@@ -1,0 +1,35 @@
+"""What to say of an error that stops a learner's cell: one plain sentence below what Python says itself."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Any
+
+from stereo_lab.exercises.language import translated
+from stereo_lab.exercises.wording import meaning_of
+
+
+def explain_stops() -> None:
+    """From here on, below the error of a cell, say what it means, where that is known. Outside a notebook nothing is done."""
+    from IPython.core.getipython import get_ipython
+
+    shell = get_ipython()
+    if shell is not None:
+        shell.set_custom_exc((Exception,), _say)
+
+
+def _say(
+    shell: Any, kind: type[Exception], error: Exception, trace: TracebackType, tb_offset: int | None = None
+) -> None:
+    shell.showtraceback((kind, error, trace), tb_offset=tb_offset)
+    if meaning := _meaning(error):
+        print(translated(f"That means: {meaning}"))
+
+
+def _meaning(error: Exception) -> str:
+    """What an error of a cell means; "" where Python's own words, or the kit's, must do."""
+    known = meaning_of(error).replace("above your function", "in a cell above")
+    if known or not isinstance(error, NameError) or isinstance(error, UnboundLocalError):
+        return known
+    name = error.name or "this name"
+    return f"Python knows no {name} here. A word goes in quotes. A name is spelled as in the cells above, and they have to be run first."
