@@ -51,16 +51,12 @@ class Doubt:
     Attributes
     ----------
     calibration, rigid : StereoCalibration and RigidFit
-    knows : ndarray, shape (25, 25), covariance of the cameras' 24 unknowns and of the square's length
-    follows : ndarray, shape (7, 25), how the fit's turn, shift and scale follow these 25
-    noise : ndarray, shape (7, 7), covariance of the seven by ruler and pixels
+    covariance : ndarray, shape (32, 32), of the cameras' 24 unknowns, the square's length, and the fit's turn, shift and scale
     """
 
     calibration: StereoCalibration
     rigid: RigidFit
-    knows: np.ndarray
-    follows: np.ndarray
-    noise: np.ndarray
+    covariance: np.ndarray
 
     @classmethod
     def of(cls, calibration: StereoCalibration, rigid: RigidFit, samples: np.ndarray, centers_Nx2: ArrayLike) -> Doubt:
@@ -70,7 +66,9 @@ class Doubt:
         knows[24, 24] = SQUARE_SIGMA**2
         follows = -np.einsum("kni,nij->kj", rigid.gain, _bench_slopes(calibration, rigid, samples))
         own = _noise(calibration, rigid, samples, centers_Nx2) + RULER_SIGMA_MM**2 * np.eye(3)
-        return cls(calibration, rigid, knows, follows, np.einsum("kni,nij,lnj->kl", rigid.gain, own, rigid.gain))
+        noise = np.einsum("kni,nij,lnj->kl", rigid.gain, own, rigid.gain)
+        both = follows @ knows
+        return cls(calibration, rigid, np.block([[knows, both.T], [both, both @ follows.T + noise]]))
 
     def sigma_mm(
         self, point_1x3: ArrayLike, centers_px: ArrayLike = (CENTER_SIGMA_PX, CENTER_SIGMA_PX)
@@ -80,14 +78,9 @@ class Doubt:
         ``centers_px``: those of the ball's centre in the left and the right picture, px.
         """
         point = np.asarray(point_1x3, float).reshape(1, 3)
-        seven = self.rigid.slopes(point)[0]
-        slopes = _bench_slopes(self.calibration, self.rigid, point)[0] + seven @ self.follows
-        spread = (
-            slopes @ self.knows @ slopes.T
-            + seven @ self.noise @ seven.T
-            + _noise(self.calibration, self.rigid, point, centers_px)[0]
-        )
-        variance = np.diag(spread)
+        slopes = np.concatenate([_bench_slopes(self.calibration, self.rigid, point), self.rigid.slopes(point)], -1)[0]
+        pixels = self.rigid.rotation**2 @ pixel_sigma(self.calibration, point, centers_px)[0] ** 2
+        variance = ((slopes @ self.covariance) * slopes).sum(1) + pixels
         return None if np.isnan(variance).any() else tuple(np.sqrt(variance).tolist())
 
 
