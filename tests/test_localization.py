@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from conftest import ROOT
-from stereo_lab.detection import Detection
+from stereo_lab.detection import BallDetector, Detection
 from stereo_lab.errors import StereoLabError
-from stereo_lab.localization import Localizer, disparities, doubt, ours, paper, sphere
+from stereo_lab.localization import Localizer, disparities, doubt, find_pair, matching, ours, paper, sphere
 from stereo_lab.recording import open_recording
 from stereo_lab.results import evaluation, figures, report
 from tests.written import assert_as_written
@@ -139,12 +139,50 @@ def test_both_pictures_must_tell_one_size(bench, bench_calibration):
     sample = bench.samples("depth")[1]
     true = bench.true_ball("depth", sample.pair.name)
     left, right = (Detection(*true[side], 0.9) for side in ("left", "right"))
-    same = lambda one, other: ours._same_ball(bench_calibration, bench.ball.diameter_mm, one, other)
+    same = lambda one, other: matching.size_errors(bench_calibration, bench.ball.diameter_mm, one, other)
     assert same(left, right) and same(replace(left, radius_px=1.1 * left.radius_px), right)
     for share in (0.65, 1.5):
         assert not same(replace(left, radius_px=share * left.radius_px), right)
         assert not same(left, replace(right, radius_px=share * right.radius_px))
     assert not same(left, replace(right, v=right.v + 0.5 * right.radius_px))
+
+
+def test_a_size_that_is_off_speaks_against_a_pair(bench, bench_calibration):
+    true = bench.true_ball("depth", bench.samples("depth")[1].pair.name)
+    left, right = (Detection(*true[side], 0.9) for side in ("left", "right"))
+    off = [
+        sum(matching.size_errors(bench_calibration, 40.0, replace(left, radius_px=share * left.radius_px), right))
+        for share in (1.0, 1.05, 1.1, 1.15)
+    ]
+    assert off[0] < 0.5 and off == sorted(off)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_where_the_other_camera_must_see_it(bench, bench_calibration, side):
+    """By the ball's size alone; one of the circles lies on the ball, and all on its epipolar line."""
+    for sample in bench.samples("depth"):
+        true = bench.true_ball("depth", sample.pair.name)
+        other = {"left": "right", "right": "left"}[side]
+        circles = np.array(matching.seen_by_the_other(bench_calibration, 40.0, Detection(*true[side], 0.9), side))
+        off = circles - true[other]
+        nearest = np.abs(off[:, 0]).argmin()
+        assert np.hypot(*off[nearest, :2]) < 0.5 * true[other][2] and abs(off[nearest, 2]) < 0.1 * true[other][2]
+        rows = bench_calibration.rectify_points(circles[:, :2], other)[:, 1]
+        assert (
+            np.ptp(rows) < 0.1 and abs(rows[0] - bench_calibration.rectify_points([true[side][:2]], side)[0, 1]) < 0.5
+        )
+
+
+@pytest.mark.slow
+def test_one_camera_tells_the_other_where_to_look(bench_calibration):
+    """In one picture the ball is sure, in the other a red thing touches it: there its first look fails."""
+    room = open_recording(ROOT / "data" / "clutter_test")
+    detectors = [BallDetector("red", camera=bench_calibration.camera(side)) for side in ("left", "right")]
+    for pair in (p for p in room.pairs("pairs") if p.name in ("001", "032")):
+        true = room.true_ball("pairs", pair.name)
+        found = find_pair(bench_calibration, detectors, room.ball.diameter_mm, pair.left, pair.right)
+        for ball, side in zip(found, ("left", "right"), strict=True):
+            assert np.hypot(ball.u - true[side][0], ball.v - true[side][1]) < 1
 
 
 def test_two_pictures_of_one_ball_correct_each_other(bench, bench_calibration, by_cone):

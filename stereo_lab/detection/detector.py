@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from stereo_lab.detection import candidates as where
 from stereo_lab.detection.color import BallColor
 from stereo_lab.detection.cone import fit_cone
 from stereo_lab.detection.judge import Thing, judge, ranking, sureness
-from stereo_lab.detection.model import Camera, Detection, check_image, usual_camera
+from stereo_lab.detection.model import Camera, Circle, Detection, check_image, usual_camera
 from stereo_lab.detection.outline import Look
 from stereo_lab.detection.paper import detect_paper
 from stereo_lab.errors import StereoLabError
@@ -82,12 +83,19 @@ class BallDetector:
         ranked = ranking(self.things(check_image(image), everything))[:most]
         return [(_detection(thing.cone, p), thing.logit) for thing, p in ranked]
 
+    def weighed_at(self, image: np.ndarray, circles: Sequence[Circle]) -> list[tuple[Detection, float]]:
+        """The same by a long look at some places (u, v, radius), px."""
+        step = max(1, round(_least_radius(image) / LONG_STEP))
+        colored = _colored(self.color.likeness(where.smaller(image, step)), step)
+        things = self._look_at(image, 1, circles, colored)
+        return [(_detection(thing.cone, _probability(thing.logit)), thing.logit) for thing in things]
+
     def things(self, image: np.ndarray, everything: bool = False) -> list[Thing]:
         """Glance at the largest patches; look longer at patches of several levels; vote last."""
         least = _least_radius(image)
         step = max(1, round(least / GLANCE_STEP))
         like = self.color.likeness(where.smaller(image, step))
-        colored = max(1, np.count_nonzero(like > where.SURELY)) * step * step
+        colored = _colored(like, step)
         seen: list[Thing] = []
         for u, v, r in where.patches(like, where.SURELY, least / step)[:GLANCES]:
             cone = self._quick(image, (u * step, v * step, r * step), "ball")
@@ -186,6 +194,11 @@ class BallDetector:
 def _least_radius(image):
     """Of a ball worth looking for in a picture, px."""
     return max(LEAST_PX, LEAST_OF_WIDTH * image.shape[1])
+
+
+def _colored(like, step):
+    """Pixels of the ball's colour in the whole picture, of which every so manieth was looked at."""
+    return max(1, np.count_nonzero(like > where.SURELY)) * step * step
 
 
 def _of_the_patch(cone, r, step):

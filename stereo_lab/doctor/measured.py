@@ -14,7 +14,7 @@ from stereo_lab.doctor.cameras import Cameras
 from stereo_lab.doctor.findings import NOTE, STOPS, Evidence, Finding
 from stereo_lab.doctor.known import CENTER_PX, MOST
 from stereo_lab.doctor.numbers import AXES, RULER_MM, UNITS, likeliest_table, place, slip_of
-from stereo_lab.localization.ours import SIZE
+from stereo_lab.localization.matching import SIZE
 from stereo_lab.position import kabsch
 from stereo_lab.recording import Recording, Sample
 

@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stereo_lab.calibration import StereoCalibration
-from stereo_lab.detection import BALL, HUES, BallColor, BallDetector, Detection
+from stereo_lab.detection import HUES, BallColor, BallDetector, Detection
 from stereo_lab.errors import CalibrationError, StereoLabError
 from stereo_lab.localization.doubt import CENTER_SIGMA_PX, RULER_SIGMA_MM, Doubt, fit_bench, pixel_sigma
+from stereo_lab.localization.matching import ROW_PX, find_pair, size_errors
 from stereo_lab.localization.samples import check_enough
 from stereo_lab.localization.sphere import one_sphere
 from stereo_lab.position import RigidFit
 from stereo_lab.recording import Position, Recording, Sample
-
-CANDIDATES = 8  # round things of each picture that are paired
-AGREE = 3.0  # log odds that row and size speak for a pair: one in twenty of two other things would agree
-MOST_LOGIT = 30.0
-ROW_PX, ROW_OF_RADIUS = 2.0, 0.1  # rows of the two centres may differ by this
-SIZE = 0.15  # the ball's size may seem this much wrong, and a pixel more
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +81,7 @@ class ConeWay:
         if near is not None:
             looks = zip(self.detectors, (left, right), near, strict=True)
             one, other = (detector.detect(image, before) for detector, image, before in looks)
-            if one and other and _same_ball(self.calibration, self.diameter_mm, one, other):
+            if one and other and size_errors(self.calibration, self.diameter_mm, one, other) is not None:
                 return one_sphere(self.calibration, one, other)
         return find_pair(self.calibration, self.detectors, self.diameter_mm, left, right)
 
@@ -135,57 +129,6 @@ def _triangulate(calibration, left, right):
     return calibration.triangulate(
         calibration.rectify_points(centers[0], "left"), calibration.rectify_points(centers[1], "right")
     )
-
-
-def find_pair(
-    calibration: StereoCalibration,
-    detectors: Sequence[BallDetector],
-    diameter_mm: float,
-    left: np.ndarray,
-    right: np.ndarray,
-) -> tuple[Detection, Detection] | None:
-    """Of all round things in both pictures, the two that are one ball: same row, right size, best scores.
-
-    Parameters
-    ----------
-    calibration : StereoCalibration
-    detectors : (BallDetector, BallDetector), left and right
-    diameter_mm : float, of the ball
-    left, right : ndarray, raw pictures, BGR
-
-    Returns
-    -------
-    (Detection, Detection) in raw pixels, or None
-    """
-    for everything in (False, True):  # the surest thing of one picture need not be in the other
-        seen = [d.weighed(image, CANDIDATES, everything) for d, image in zip(detectors, (left, right), strict=True)]
-        pairs = [(a, b, one + other + AGREE) for a, one in seen[0] for b, other in seen[1]]
-        pairs = [pair for pair in pairs if _same_ball(calibration, diameter_mm, *pair[:2])]
-        odds = np.exp([min(logit, MOST_LOGIT) for *_, logit in pairs])
-        probability = odds / (1 + odds.sum())
-        if len(pairs) and probability.max() >= BALL:
-            one, other, _ = pairs[int(probability.argmax())]
-            score = float(probability.max())
-            return one_sphere(calibration, replace(one, score=score), replace(other, score=score))
-    return None
-
-
-def _same_ball(calibration, diameter_mm, left, right):
-    """The epipolar constraint, and the ball's own size, told by both cameras."""
-    centers = calibration.rectify_centers(left, right)
-    radius = max(left.radius_px, right.radius_px)
-    if abs(centers[0][1] - centers[1][1]) > max(ROW_PX, ROW_OF_RADIUS * radius):
-        return False
-    point = calibration.triangulate(*centers)[0]
-    if not (np.isfinite(point).all() and point[2] > 0):
-        return False
-    distance = float(np.linalg.norm(point))
-    for detection, side in ((left, "left"), (right, "right")):
-        slope = detection.radius_px / calibration.camera(side)[0][0, 0]
-        size = 2 * distance * slope / np.hypot(1, slope) / diameter_mm
-        if abs(size - 1) > SIZE + 1.0 / detection.radius_px:
-            return False
-    return True
 
 
 def _check_rows(calibration, detectors, samples):

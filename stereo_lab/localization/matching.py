@@ -1,0 +1,138 @@
+"""Two pictures, one ball: of all round things in both, the two that lie on one row and are as large as the ball must be there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from stereo_lab.calibration import StereoCalibration
+from stereo_lab.detection import BALL, BallDetector, Detection
+from stereo_lab.detection.judge import distinct
+from stereo_lab.detection.model import Circle
+from stereo_lab.localization.sphere import one_sphere
+
+CANDIDATES = 8  # round things of each picture that are paired
+ROW_PX, ROW_OF_RADIUS = 2.0, 0.1  # rows of the two centres may differ by this
+SIZE, SIZE_PX = 0.15, 1.0  # the ball's size may seem this much wrong, and so many px
+# Log odds that row and size speak for a pair: of two other things few agree. Less by how much the size is off, in usual errors
+AGREE, USUAL, USUAL_PX = 4.0, 0.02, 0.2
+STEP = 0.5  # radii: so densely the other picture is looked at along the line where the ball must be
+STILL = np.zeros(3)
+
+
+def find_pair(
+    calibration: StereoCalibration,
+    detectors: Sequence[BallDetector],
+    diameter_mm: float,
+    left: np.ndarray,
+    right: np.ndarray,
+) -> tuple[Detection, Detection] | None:
+    """Of all round things in both pictures, the two that are one ball: same row, right size, best scores.
+
+    Where no two are, each thing that is probably a ball tells where the other camera must see it, and that picture is looked at there.
+
+    Parameters
+    ----------
+    calibration : StereoCalibration
+    detectors : (BallDetector, BallDetector), left and right
+    diameter_mm : float, of the ball
+    left, right : ndarray, raw pictures, BGR
+
+    Returns
+    -------
+    (Detection, Detection) in raw pixels, or None
+    """
+    looks = list(zip(detectors, (left, right), strict=True))
+    for everything in (False, True):  # the surest thing of one picture need not be in the other
+        seen = [detector.weighed(image, CANDIDATES, everything) for detector, image in looks]
+        if (pair := _best(calibration, diameter_mm, *seen)) is not None:
+            return pair
+    asked = [list(side) for side in seen]
+    for k, side in enumerate(("left", "right")):
+        for ball, logit in seen[k]:
+            if logit > 0:
+                detector, image = looks[1 - k]
+                asked[1 - k] += detector.weighed_at(image, seen_by_the_other(calibration, diameter_mm, ball, side))
+    return _best(calibration, diameter_mm, *asked)
+
+
+def _best(calibration, diameter_mm, left, right):
+    """The most probable pair of two lists of (Detection, log odds), or None."""
+    pairs = []
+    for one, a in left:
+        for other, b in right:
+            errors = size_errors(calibration, diameter_mm, one, other)
+            if errors is not None:
+                pairs.append((one, other, a + b + AGREE - sum(errors)))
+    if not pairs:
+        return None
+    kept, told = distinct([(p[0].u, p[0].v, p[0].radius_px) for p in pairs], [p[2] for p in pairs])
+    if told[0] < BALL:
+        return None
+    one, other, _ = pairs[kept[0]]
+    score = float(told[0])
+    return one_sphere(calibration, replace(one, score=score), replace(other, score=score))
+
+
+def size_errors(
+    calibration: StereoCalibration, diameter_mm: float, left: Detection, right: Detection
+) -> tuple[float, float] | None:
+    """By how many usual errors each camera sees a ball too small or too large for its place; None where the two are not one ball.
+
+    They are not where they break the epipolar constraint, meet behind the cameras, or seem of another size by far.
+    """
+    centers = calibration.rectify_centers(left, right)
+    radius = max(left.radius_px, right.radius_px)
+    if abs(centers[0][1] - centers[1][1]) > max(ROW_PX, ROW_OF_RADIUS * radius):
+        return None
+    point = calibration.triangulate(*centers)[0]
+    if not (np.isfinite(point).all() and point[2] > 0):
+        return None
+    distance, errors = float(np.linalg.norm(point)), []
+    for ball, side in ((left, "left"), (right, "right")):
+        slope = ball.radius_px / calibration.camera(side)[0][0, 0]
+        off = abs(2 * distance * slope / (1 + slope * slope) ** 0.5 / diameter_mm - 1)
+        if off > SIZE + SIZE_PX / ball.radius_px:
+            return None
+        errors.append(off / (USUAL + USUAL_PX / ball.radius_px))
+    return errors[0], errors[1]
+
+
+def seen_by_the_other(calibration: StereoCalibration, diameter_mm: float, ball: Detection, side: str) -> list[Circle]:
+    """Where the other camera must see a ball that one camera sees: circles along its epipolar line.
+
+    How far away the ball is follows from its size, to the error that a size may have.
+
+    Parameters
+    ----------
+    calibration : StereoCalibration
+    diameter_mm : float, of the ball
+    ball : Detection, raw pixels
+    side : "left" or "right", the camera that sees it
+
+    Returns
+    -------
+    list of (u, v, radius_px), raw pixels of the other camera
+    """
+    (matrix, distortion), other = calibration.camera(side), calibration.camera("right" if side == "left" else "left")
+    turn, shift = calibration.rotation, np.ravel(calibration.translation_mm)
+    if side == "right":
+        turn, shift = turn.T, -turn.T @ shift
+    ray = np.append(cv2.undistortPoints(np.array([[ball.center_px]]), matrix, distortion)[0, 0], 1.0)
+    ray /= np.linalg.norm(ray)
+    slope = ball.radius_px / matrix[0, 0]
+    nearness = 2 * slope / (1 + slope * slope) ** 0.5 / diameter_mm  # 1 / distance, by the size
+    room = nearness * (SIZE + SIZE_PX / ball.radius_px)
+
+    def seen(nearness):
+        place = turn @ ray / nearness + shift
+        u, v = cv2.projectPoints(place[None], STILL, STILL, *other)[0].ravel().tolist()
+        touch = (place @ place - diameter_mm**2 / 4) ** 0.5
+        return u, v, float(other[0][0, 0] * diameter_mm / 2 / touch)
+
+    far, near = seen(nearness - room), seen(nearness + room)
+    count = 2 + int(np.hypot(far[0] - near[0], far[1] - near[1]) / (STEP * ball.radius_px))
+    return [seen(n) for n in np.linspace(nearness - room, nearness + room, count)]
