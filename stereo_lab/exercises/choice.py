@@ -58,6 +58,8 @@ class Choice:
             return Verdict(NOT_ATTEMPTED)
         word = str.strip(answer).lower()
         meant = self.right if word in self.also else self._meant(answer)
+        if meant == self.right and word != self.right and self._names_another(answer):
+            return Verdict(NOT_YET, f"these are two of the answers. Take one: {listed}.")
         if meant == self.right:
             return Verdict(PASS, self.praise)
         meant = meant or self._meant(without_reason(answer))
@@ -84,6 +86,11 @@ class Choice:
         if words & NEGATIONS:
             return f"{reprlib.repr(word)} says what it is not. Say what it is"
         return f"{reprlib.repr(word)} is not among the answers"
+
+    def _names_another(self, answer):
+        """Whether words that mean the right option name a wrong one beside it."""
+        parts = re.split(r"\b(?:and|or)\b", answer.lower())
+        return len(parts) > 1 and any(self._meant(part) in {w.answer for w in self.wrong} for part in parts)
 
     def _meant(self, answer):
         """The one option that has the same words, or all of the answer's, or whose words the answer has; else None.

@@ -129,7 +129,7 @@ def questions(recording: Recording, balls: tuple[Detection, Detection] | None = 
                 ),
                 "near things jump far. Lesson 04 turns that into millimetres.",
                 same=(
-                    ("grows? (when|if|as|the) .*(farther|further|far|away|stretch).*", "shrinks"),
+                    ("grows? (when|if|as|the) .*(farther|further|far|away|stretch).*|grows? with .*(distance|depth).*", "shrinks"),
                     ("(gets|becomes|is|it's)? ?(larger|bigger|more|greater|wider|longer|farther|higher)( jump| jumps)?", "grows"),
                     ("increas(es|ing|e)|ris(es|e|ing)|(goes |moves )?up|(jumps )?farther|expands", "grows"),
                     ("(gets|becomes|is|it's)? ?(smaller|less|lower|shorter|narrower)( jump| jumps)?", "shrinks"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -46,6 +47,10 @@ def _projection():
                 Wrong(
                     lambda p, f, c: (p[0] / p[2] + c[0], p[1] / p[2] + c[1]),
                     "the focal length is missing: f turns X/Z into pixels.",
+                ),
+                Wrong(
+                    lambda p, f, c: (f * p[0] / math.hypot(*p) + c[0], f * p[1] / math.hypot(*p) + c[1]),
+                    "that is divided by how far away the point is. Z counts, how far straight ahead: the picture is flat.",
                 ),
                 Wrong(lambda p, f, c: (f * (p[0] + c[0]) / p[2], f * (p[1] + c[1]) / p[2]), "the centre is in pixels already: add it last, after the division by Z."),
                 Wrong(lambda p, f, c: (f * (p[0] / p[2] + c[0]), f * (p[1] / p[2] + c[1])), "the centre is in pixels already: add it last."),
@@ -157,7 +162,7 @@ def _lines():
             ),
             same=(
                 (
-                    "^(?!.*\\b(and|or|not|no|never)\\b).*(bent|bend|curv|bow|warp|distort|crook|(?<!a)round|arc|deform|bulg).*$|.*not straight.*",
+                    "^(?!.*\\b(and|or|not|no|never|only)\\b).*(bent|bend|curv|bow|warp|distort|crook|(?<!a)round|arc|deform|bulg).*$|.*not straight.*",
                     "bends it",
                 ),
                 ("(shifts?|displaces?|pushes|pulls|moved|shifted)( (it|the line))?", "moves it"),
@@ -171,7 +176,7 @@ def _lines():
                 ),
                 (".*straight.*", "a pinhole keeps it straight. Follow the solid line near the rim: does the lens?"),
                 (
-                    ".*(magnif|zoom|turn|rotat|tilt|stretch|scal|shrink|long|short|thick|thin|wide|bigger|smaller|larger|flip|mirror).*",
+                    ".*(magnif|enlarg|zoom|turn|rotat|tilt|stretch|scal|shrink|long|short|thick|thin|wide|bigger|smaller|larger|flip|mirror).*",
                     "turned or stretched, a straight line stays straight. Follow one at the rim with a finger: is it straight?",
                 ),
                 (

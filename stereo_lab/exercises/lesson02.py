@@ -77,6 +77,7 @@ def _wrap():
                 Wrong(lambda h: (h <= 7) | (h <= 172), "these are all hues up to 172. At least 172 is written >=."),
                 Wrong(lambda h: (h >= 7) | (h >= 172), "these are all hues from 7 on. At most 7 is written <=."),
                 Wrong(lambda h: (h <= 14) | (h >= 344), "OpenCV halves the hues already: 0 to 179. The bounds are 7 and 172."),
+                Wrong(lambda h: (h > 0) & (h <= 7) | (h >= 172) & (h < 180), "0 is red as well: it is at most 7. And nothing is needed above 172: no hue is beyond the circle."),
                 Wrong(lambda h: (h > 0) & (h <= 7) | (h >= 172), "0 is red as well: it is at most 7."),
                 Wrong(lambda h: (h <= 7) ^ (h <= 172), "^ is True where just one of the two is, and the second sign is turned. Use | and >=."),
                 Wrong(lambda h: ~(h <= 7) | (h >= 172), "~ turns the first condition alone round: without it."),
@@ -217,7 +218,7 @@ def _peak():
             ),
             beside=(
                 (
-                    ".*(ellips|oval|egg).*",
+                    ".*(ellips|oval|egg|moon|crescent|half|arc).*",
                     "the ball is nearly round here, and every vote goes equally far. What do points equally far from one point draw?",
                 ),
                 (

@@ -49,6 +49,7 @@ def _sign():
             ),
             beside=(
                 ("(it |that )?(depends|varies|changes).*", "a straight line has one slope, everywhere. Look at the table: v grows, and y?"),
+                ("(very )?(steep|flat|long|short|big|large|small)|gentle", "how steep it is, is not asked for. Is it above or below zero?"),
                 ("larger|smaller|bigger|greater|lower|higher|less|more", "than zero? That is above, or below: write the word."),
                 ("one|two|three", "its size is not asked for. Is it above or below zero?"),
                 ("[+]", "the sign of a number above zero. Think again which way y goes when v grows, and write the word."),

@@ -39,6 +39,7 @@ def _twice_as_far():
             ),
             "disparity times depth stays the same: half of one, twice the other.",
             same=(
+                ("(it )?shrinks by .*(pixel|px|mm).*", "shrinks by a fixed number"),
                 (
                     "half as (large|big|much|far|wide)|(gets |is |becomes |goes )?(to |down to )?(halved|halfs|half)( of it)?|divides by 2|divided by 2|1/2|0.5|50 ?%",
                     "halves",

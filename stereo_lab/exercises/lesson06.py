@@ -153,6 +153,10 @@ def _rule():
                     "yours is slow far away and fast near the goal, and never brakes.",
                 ),
                 Wrong(
+                    lambda left, zone, fast, slow: fast * (left > zone) + slow * (left > 0),
+                    "before the zone yours adds both voltages: there left_deg is above 0 as well.",
+                ),
+                Wrong(
                     lambda left, zone, fast, slow: fast if abs(left) > zone else slow if left > 0 else 0.0,
                     "far past the goal yours goes on at full speed: abs takes the sign away that says which side it is on.",
                 ),

@@ -175,8 +175,8 @@ def without_contrast(text: str) -> str:
 
 
 def without_reason(text: str) -> str:
-    """What is said before a reason for it."""
-    return re.split(r"\W+(?:because|since|as|so|for|due)\W", text, maxsplit=1, flags=re.IGNORECASE)[0]
+    """What is said before a reason for it, or before a comma."""
+    return re.split(r"\W+(?:because|since|as|so|for|due)\W|[,;:(]", text, maxsplit=1, flags=re.IGNORECASE)[0]
 
 
 def told_beside(answer: str, beside: Sequence[tuple[str, str]]) -> str:
