@@ -19,6 +19,8 @@ from stereo_lab.exercises.reading import (
 )
 from stereo_lab.exercises.verdict import NOT_ATTEMPTED, NOT_YET, PASS, Verdict, Wrong
 
+JOINED = re.compile(r"\b(?:and|or)\b")
+
 
 @dataclass(frozen=True, eq=False)
 class Choice:
@@ -89,8 +91,12 @@ class Choice:
 
     def _names_another(self, answer):
         """Whether words that mean the right option name a wrong one beside it."""
-        parts = re.split(r"\b(?:and|or)\b", answer.lower())
-        return len(parts) > 1 and any(self._meant(part) in {w.answer for w in self.wrong} for part in parts)
+        parts = re.split(JOINED, answer.lower())
+        return (
+            len(parts) > 1
+            and not re.search(JOINED, self.right)
+            and any(self._meant(part) in {w.answer for w in self.wrong} for part in parts)
+        )
 
     def _meant(self, answer):
         """The one option that has the same words, or all of the answer's, or whose words the answer has; else None.
