@@ -71,6 +71,8 @@ def questions(recording: Recording, balls: tuple[Detection, Detection] | None = 
                 ),
                 f"{width} columns of pixels, numbered 0 to {width - 1}.",
                 of_several="Take one of them: left.shape[0], left.shape[1] or left.shape[2].",
+                small="it is none of the numbers of left.shape. Take one of them, as left.shape[…].",
+                large="it is none of the numbers of left.shape. Take one of them, as left.shape[…].",
             ),
             hints=(
                 "Look at the three numbers that left.shape gives.",
@@ -130,9 +132,9 @@ def questions(recording: Recording, balls: tuple[Detection, Detection] | None = 
                 "near things jump far. Lesson 04 turns that into millimetres.",
                 same=(
                     ("grows? (when|if|as|the) .*(farther|further|far|away|stretch).*|grows? with .*(distance|depth).*", "shrinks"),
-                    ("(gets|becomes|is|it's)? ?(larger|bigger|more|greater|wider|longer|farther|higher)( jump| jumps)?", "grows"),
-                    ("increas(es|ing|e)|ris(es|e|ing)|(goes |moves )?up|(jumps )?farther|expands", "grows"),
-                    ("(gets|becomes|is|it's)? ?(smaller|less|lower|shorter|narrower)( jump| jumps)?", "shrinks"),
+                    ("(gets|becomes|is|it's)? ?(larger|bigger|more|greater|wider|longer|higher)( jump| jumps)?", "grows"),
+                    ("increas(es|ing|e)|ris(es|e|ing)|(goes |moves )?up|jumps farther|expands", "grows"),
+                    ("(gets|becomes|grows|is|it's)? ?(smaller|less|lower|shorter|narrower)( jump| jumps)?", "shrinks"),
                     ("decreas(es|ing|e)|falls|fall|drops|(goes |moves )?down|sinks", "shrinks"),
                     ("(stays |is )?(the )?same|constant|(does not|doesn't|no) change|unchanged|nothing|equal", "stays"),
                 ),

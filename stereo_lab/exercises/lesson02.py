@@ -226,6 +226,10 @@ def _peak():
                     "each vote ends one radius inwards from its edge pixel, and all edge pixels lie on a circle. Draw four of them: where do they end?",
                 ),
                 (
+                    ".*(centre|center|middle).*",
+                    "there the votes of the right radius meet. These go less far: what do they draw round it?",
+                ),
+                (
                     ".*ball.*",
                     "the votes are no picture of the ball: each edge pixel marks one place. Draw four of them: where do they end?",
                 ),

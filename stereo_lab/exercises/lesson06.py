@@ -201,6 +201,10 @@ def _rule():
                     "that slows down little by little. The paper's rule has two voltages: fast before the zone, slow within it.",
                 ),
                 Wrong(
+                    lambda left, zone, fast, slow: slow * left / zone if left < zone else fast,
+                    "that slows down little by little. The paper's rule has two voltages: fast before the zone, slow within it.",
+                ),
+                Wrong(
                     lambda left, zone, fast, slow: fast * left / zone,
                     "that slows down little by little. The paper's rule has two voltages: fast before the zone, slow within it.",
                 ),

@@ -277,6 +277,7 @@ def _milliseconds():
             "exposing, reading out, compressing, sending: no program makes that shorter, a better camera does.",
             also=("cameras", "the camera", "taking the pictures", "the pictures"),
             same=(
+                (".*calibrat.*", "calibration"),
                 (".*(camera|webcam|exposure|exposing|shutter|reading out|taking (the |a )?(picture|photo)).*", "the cameras"),
                 ("(the )?(picture|image|photo)s?", "the cameras"),
                 (".*(detect|find|locat|search|hough|looking for|image processing).*|(the )?ball", "finding the ball"),
@@ -284,6 +285,7 @@ def _milliseconds():
                 (".*(order|command|cable|wire|serial|usb).*", "the order to the arm"),
             ),
             beside=(
+                (".*(calibrat).*", "that was done once, before the run. Look at the bars."),
                 (".*(position|place|rectif|triangulat|depth).*", "a handful of multiplications: too little to be drawn. Look at the bars."),
                 (".*(kalman|filter|predict|track).*", "a few small sums: too little to be drawn. Look at the bars."),
                 (".*(same|equal|all|none).*", "look at the bars: one of them is far longer than the others. Which?"),

@@ -12,7 +12,7 @@ import numpy as np
 
 from stereo_lab.exercises.hanging import as_if, how_it_moves, what_it_hangs_on
 from stereo_lab.exercises.near_misses import FACTORS
-from stereo_lab.exercises.slips import slip_in
+from stereo_lab.exercises.slips import slip_in, strange_number
 from stereo_lab.exercises.trying import EXACT, NEAR, is_as, near, numbers_of
 from stereo_lab.exercises.wording import say
 
@@ -184,7 +184,7 @@ def _of_true_and_false(function, kind, outputs, wanted, slip):
         if not np.isin(np.ravel(output), (0, 1)).all():
             return "True or False is asked for, and it gives a number: compare it with something."
     told = slip(1) or _of_a_side(function, kind) or _of_no_matter(function, kind.right, kind.inputs, kind.names)
-    if told := told or slip():
+    if told := told or slip() or strange_number(function, kind.right, kind.solution):
         return told
     for arguments, output, right in zip(kind.inputs, outputs, wanted, strict=True):
         for k, (mine, its) in enumerate(zip(np.ravel(output), right.ravel(), strict=True)):

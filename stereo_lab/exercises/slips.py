@@ -80,6 +80,22 @@ def _slip(formula, names, make, tries, mine, at_once):
     return ""
 
 
+def strange_number(function: Callable, right: Callable, solution: str = "") -> str:
+    """A number of the learner's that the solution does not have, where one of the solution's is missing; "" where there is none."""
+    mine, its = _numbers(_source(function)), _numbers(solution or _source(right))
+    strange = sorted(mine - its)
+    return f"nothing is asked of {strange[0]:g}: which number belongs there?" if strange and its - mine else ""
+
+
+def _numbers(source):
+    """Those that are written in some lines."""
+    try:
+        parts = ast.walk(ast.parse(source))
+    except SyntaxError:
+        return set()
+    return {part.value for part in parts if isinstance(part, ast.Constant) and type(part.value) in (int, float)}
+
+
 def _new(steps, seen):
     """Those that lead to a formula which has not been seen."""
     for step in steps:

@@ -49,6 +49,7 @@ SAID = (
     ("not supported between instances of 'tuple'", "a comma makes a pair of two things. Join them by | or &."),
     ("'function' and", "a function is named and not called: put () after it, with what it works on."),
     ("and 'function'", "a function is named and not called: put () after it, with what it works on."),
+    ("of type function", "a function is named and not called: put () after it, with what it works on."),
     ("not function", "a function is named and not called: put () after it, with what it works on."),
     ("multiply sequence", "a pair, a list or a text is not multiplied as a number is: take the numbers in it one by one."),
     ("multiply 'NoneType'", "a function that you call gives nothing back."),
