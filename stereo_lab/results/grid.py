@@ -191,12 +191,17 @@ def _row(recording: Recording, calibration: StereoCalibration, judges: Seen, sam
             continue
         fitted = formula.fit(_disparities(chosen), [s.measured.depth_mm for s, _ in chosen])
         predicted.append(fitted.predict(_disparities(judges)))
+    predicted.append(_by_rigid_fit(recording, calibration, judges, depth))
+    return [float(np.abs(depth_mm - true_mm).mean()) for depth_mm in predicted]
+
+
+def _by_rigid_fit(recording, calibration, judges, samples):
+    """The judges' depths by a rigid fit on the same samples as the formulas'."""
+    if len(samples) < 3:
+        return np.full(len(judges), np.nan)
     plane = recording.arm_depth_mm
     places = [[s.measured.x_mm, s.measured.y_mm, plane - s.measured.depth_mm] for s, _ in samples]
-    predicted.append(
-        plane - RigidFit.fit(_points(calibration, samples), places).predict(_points(calibration, judges))[:, 2]
-    )
-    return [float(np.abs(depth_mm - true_mm).mean()) for depth_mm in predicted]
+    return plane - RigidFit.fit(_points(calibration, samples), places).predict(_points(calibration, judges))[:, 2]
 
 
 def _disparities(seen):
