@@ -61,7 +61,7 @@ class Choice:
         word = str.strip(answer).lower()
         meant = self.right if word in self.also else self._meant(answer)
         if meant == self.right and word != self.right and self._names_another(answer):
-            return Verdict(NOT_YET, f"these are two of the answers. Take one: {listed}.")
+            return Verdict(NOT_YET, f"that names two of the answers, or says what it is not. Take one: {listed}.")
         if meant == self.right:
             return Verdict(PASS, self.praise)
         meant = meant or self._meant(without_reason(answer))
@@ -90,22 +90,30 @@ class Choice:
         return f"{reprlib.repr(word)} is not among the answers"
 
     def _names_another(self, answer):
-        """Whether words that mean the right option name a wrong one beside it."""
-        parts = re.split(JOINED, answer.lower())
-        return (
-            len(parts) > 1
-            and not re.search(JOINED, self.right)
-            and any(self._meant(part) in {w.answer for w in self.wrong} for part in parts)
-        )
+        """Whether words that mean the right option name a wrong one beside it, or say that it is not the right one."""
+        told = self._with_options(answer, [pair for pair in self.same if ".*" not in pair[0]])
+        if re.search(rf"\b(?:not|never|no)\s+{re.escape(self.right)}", told):
+            return True
+        words, its = key_words(told), key_words(self.right)
+        others = [key_words(w.answer) for w in self.wrong]
+        if any(other - its and other <= words for other in others):
+            return True
+        parts = [] if re.search(JOINED, self.right) else re.split(JOINED, told)
+        return len(parts) > 1 and any(self._meant(part) in {w.answer for w in self.wrong} for part in parts)
+
+    def _with_options(self, answer, same):
+        """An answer in small letters, with the options' own words for others."""
+        told = without_contrast(str.lower(answer))
+        for words, others in same:
+            told = re.sub(rf"(?<!\w)(?:{words})(?!\w)", others, told)
+        return told
 
     def _meant(self, answer):
         """The one option that has the same words, or all of the answer's, or whose words the answer has; else None.
 
         Words that turn a meaning round must stand in the option as well.
         """
-        told = without_contrast(str.lower(answer))
-        for words, others in self.same:
-            told = re.sub(rf"(?<!\w)(?:{words})(?!\w)", others, told)
+        told = self._with_options(answer, self.same)
         words, options = key_words(told), {option: key_words(option) for option in self.options}
         open_words = words & OPEN_WORDS
         for test in (words.__eq__, words.__le__, words.__ge__):

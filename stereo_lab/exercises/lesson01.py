@@ -162,7 +162,7 @@ def _lines():
             ),
             same=(
                 (
-                    "^(?!.*\\b(and|or|not|no|never|only)\\b).*(bent|bend|curv|bow|warp|distort|crook|(?<!a)round|arc|deform|bulg).*$|.*not straight.*",
+                    "^(?!.*\\b(and|or|not|no|never|only|without|straight)\\b).*(bent|bend|curv|bow|warp|distort|crook|(?<!a)round|arc|deform|bulg).*$|.*not straight.*",
                     "bends it",
                 ),
                 ("(shifts?|displaces?|pushes|pulls|moved|shifted)( (it|the line))?", "moves it"),
@@ -223,7 +223,7 @@ def _unseen():
                     "(used|seen|known|old|fitted|these|own|all)( (pairs|ones|pictures))?|(the )?pairs of the fit|(the )?pairs that were used",
                     "the same pairs",
                 ),
-                ("(more|many) (digits|places|figures)|accuracy|precision", "more decimals"),
+                ("(more|many|unseen|new) (digits|places|figures|decimals)|accuracy|precision", "more decimals"),
             ),
             beside=(
                 (

@@ -222,7 +222,7 @@ def _peak():
                     "the ball is nearly round here, and every vote goes equally far. What do points equally far from one point draw?",
                 ),
                 (
-                    ".*(cross|star|square|triangle|cloud|chaos|noise|mess|random|everywhere|anything|scatter).*",
+                    ".*(cross|star|string|square|triangle|cloud|chaos|noise|mess|random|everywhere|anything|scatter).*",
                     "each vote ends one radius inwards from its edge pixel, and all edge pixels lie on a circle. Draw four of them: where do they end?",
                 ),
                 (

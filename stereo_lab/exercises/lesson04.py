@@ -39,7 +39,9 @@ def _twice_as_far():
             ),
             "disparity times depth stays the same: half of one, twice the other.",
             same=(
-                ("(it )?shrinks by .*(pixel|px|mm).*", "shrinks by a fixed number"),
+                ("(it )?(shrinks by|becomes|gets) .*(pixel|px|mm).*", "shrinks by a fixed number"),
+                (".*half as .* again.*", "more"),
+                ("(it )?halves twice", "quarters"),
                 (
                     "half as (large|big|much|far|wide)|(gets |is |becomes |goes )?(to |down to )?(halved|halfs|half)( of it)?|divides by 2|divided by 2|1/2|0.5|50 ?%",
                     "halves",
@@ -50,7 +52,7 @@ def _twice_as_far():
             ),
             beside=(
                 (
-                    "(it )?(grows|increases|rises|gets (larger|bigger)|becomes (larger|bigger)|larger|bigger).*",
+                    "(it )?(.* again|grows|increases|rises|gets (larger|bigger)|becomes (larger|bigger)|larger|bigger).*",
                     "far things jump less, not more. What part of it is left at twice the depth?",
                 ),
                 (

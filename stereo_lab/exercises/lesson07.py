@@ -14,7 +14,7 @@ BALL_RADIUS_MM = 20.0
 SIGMAS = 4.0  # farther off than so many standard deviations is another ball
 GOES_ON = "(go(es)? on|keep|continue|carry on|follow|predict|guess|move)"
 STOPS = "(stop|brake|halt|freeze|wait|stand|stay|hold|pause)s?"
-NO_END = "(until|till|for ?ever|always)"
+NO_END = "(until|till|for ?ever|always|never)"
 
 
 def questions(recording: Recording) -> tuple[Question, ...]:
@@ -375,7 +375,7 @@ def _hold():
                 ("(on |at )?(the )?arm.*", "the arm is to reach for it. What holds the ball, and keeps all of you out of reach?"),
                 (".*(grip|claw|tray|shelf|cup|plate|holder).*", "it stands where the arm reaches, and somebody must put the ball there. What holds it, and keeps all of you out of reach?"),
                 (".*(tape|glue|head|foot|friend|pocket|mouth).*", "what is near the ball is near the arm. What holds the ball, and keeps all of you out of reach?"),
-                (".*(finger|thumb|glove|hand).*", "the hand of the arm comes as near as 10 mm to the ball, at half a metre a second: yours is there."),
+                (".*(finger|thumb|glove|hand|palm).*", "the hand of the arm comes as near as 10 mm to the ball, at half a metre a second: yours is there."),
                 (".*(tongs|pliers|tweezers).*", "they keep your hand a few centimetres away. What is longer than the arm reaches?"),
                 (".*(string|thread|rope|cord).*", "on a string it swings, and the arm swings after it. What holds the ball still, and your hand far away?"),
                 (".*(not at all|nobody|don't|do not|careful|slowly).*", "the ball must be somewhere, and you must be out of reach. What is longer than the arm?"),
