@@ -70,7 +70,8 @@ def test_what_is_kept_of_clutter_is_of_this_program(rooms, bench):
         assert learned._read(learned._beside(recording, "snaps"), key, circles) is not None
         for k in (0, 40):
             fresh = look(BallDetector("red", camera=camera), pairs[k].left, frames[k].circle)
-            assert np.allclose(sorted(fresh.evidence[:, 0])[-3:], sorted(frames[k].evidence[:, 0])[-3:], atol=0.02)
+            most = np.sort(frames[k].evidence[:, 0])[-3:]  # found again; of the rest a processor may find one more
+            assert np.abs(fresh.evidence[:, 0] - most[:, None]).min(1).max() < 0.02
 
 
 def test_the_fit_finds_the_weights_that_made_the_data():
