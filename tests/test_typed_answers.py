@@ -1,4 +1,4 @@
-"""A thousand answers, typed into the notebooks' own cells: right ones pass, wrong ones do not, and each is told more than that."""
+"""Two thousand answers, typed into the notebooks' own cells: right ones pass, wrong ones do not, and each is told more than that."""
 
 import json
 import linecache

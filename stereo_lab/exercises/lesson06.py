@@ -201,6 +201,10 @@ def _rule():
                     "that slows down little by little. The paper's rule has two voltages: fast before the zone, slow within it.",
                 ),
                 Wrong(
+                    lambda left, zone, fast, slow: (fast + slow) / 2 if left < zone else fast,
+                    "within the zone it is slow_v itself, no mean of the two; and at the goal and past it 0.",
+                ),
+                Wrong(
                     lambda left, zone, fast, slow: slow * left / zone if left < zone else fast,
                     "that slows down little by little. The paper's rule has two voltages: fast before the zone, slow within it.",
                 ),

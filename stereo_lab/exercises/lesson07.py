@@ -287,6 +287,7 @@ def _milliseconds():
             beside=(
                 (".*(calibrat).*", "that was done once, before the run. Look at the bars."),
                 (".*(position|place|rectif|triangulat|depth).*", "a handful of multiplications: too little to be drawn. Look at the bars."),
+                (".*(watchdog|profile|motor).*", "that belongs to the move, and the move is not counted here. Look at the bars."),
                 (".*(kalman|filter|predict|track).*", "a few small sums: too little to be drawn. Look at the bars."),
                 (".*(same|equal|all|none).*", "look at the bars: one of them is far longer than the others. Which?"),
                 (".*(computer|program|python|cpu|code|software).*", "which part of what the program does? Look at the bars: is the longest of them the program's at all?"),

@@ -22,6 +22,7 @@ SAID = (
     ("'Position' and 'Position'", "places cannot be subtracted as a whole: take the numbers in them, as a.x_mm - b.x_mm."),
     ("'Detection' and 'Detection'", "detections cannot be subtracted as a whole: take the numbers in them, as a.u - b.u."),
     ("'Detection' object has no", "a detection has u, v and radius_px, in px."),
+    ("'LineFit' object has no", "a fitted line has slope_mm_per_px and offset_mm."),
     ("'LineFit' and", "a fitted line is no number: take one that it holds, as line.slope_mm_per_px."),
     ("and 'LineFit'", "a fitted line is no number: take one that it holds, as line.slope_mm_per_px."),
     ("Improper number of dimensions to norm", "np.linalg.norm takes one list of steps: np.linalg.norm([a, b]). np.hypot takes two numbers."),
