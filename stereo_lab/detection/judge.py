@@ -1,7 +1,7 @@
 """The judge: how probable it is that a thing is the ball. Plain evidence, weighed; nothing has a veto.
 
 One thing in the picture is the ball, or none is: a conditional logit with "none" among the choices. Each piece of evidence
-has a weight, and each two of them have one together: no shade speaks against a ball, but less so where its edge is clear.
+has a weight, and each two of them have one together: no shade speaks against a ball, and more so where its edge is clear.
 The weights are those that came with the ball's colour: the shipped ones, or learned ones (:mod:`stereo_lab.detection.own`).
 """
 
