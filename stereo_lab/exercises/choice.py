@@ -60,9 +60,9 @@ class Choice:
             return Verdict(NOT_ATTEMPTED)
         word = str.strip(answer).lower()
         meant = self.right if word in self.also else self._meant(answer)
-        if meant == self.right and word != self.right and self._names_another(answer):
-            return Verdict(NOT_YET, f"that names two of the answers, or says what it is not. Take one: {listed}.")
         if meant == self.right:
+            if word != self.right and self._names_another(answer):
+                return Verdict(NOT_YET, f"that names two of the answers, or says what it is not. Take one: {listed}.")
             return Verdict(PASS, self.praise)
         meant = meant or self._meant(without_reason(answer))
         for mistake in self.wrong:
@@ -98,7 +98,7 @@ class Choice:
         others = [key_words(w.answer) for w in self.wrong]
         if any(other - its and other <= words for other in others):
             return True
-        parts = [] if re.search(JOINED, self.right) else re.split(JOINED, told)
+        parts = [] if JOINED.search(self.right) else JOINED.split(told)
         return len(parts) > 1 and any(self._meant(part) in {w.answer for w in self.wrong} for part in parts)
 
     def _with_options(self, answer, same):

@@ -71,7 +71,6 @@ SAID = (
     ("cannot unpack", "this is one number alone: one name before the =."),
     ("local variable", "a name is used before it is given a value: an = further up."),
     ("only integer scalar arrays", "an index is one whole number: [0], [1]."),
-    ("could not be broadcast", "two arrays of different lengths are joined: take their numbers one by one, or means of both."),
     ("has no attribute 'mean'", "this is one number already, or a list: np.array has .mean() and .sum()."),
     ("has no attribute 'sum'", "this is one number already, or a list: np.array has .mean() and .sum()."),
     ("'tuple'", "a pair of numbers stands where one is meant: take one with [0] or [1]."),

@@ -12,6 +12,7 @@ from stereo_lab.calibration import StereoCalibration
 from stereo_lab.detection import BALL, BallDetector, Detection
 from stereo_lab.detection.judge import distinct
 from stereo_lab.detection.model import Circle
+from stereo_lab.detection.outline import STILL
 from stereo_lab.localization.sphere import one_sphere
 
 CANDIDATES = 8  # round things of each picture that are paired
@@ -20,7 +21,6 @@ SIZE, SIZE_PX = 0.15, 1.0  # the ball's size may seem this much wrong, and so ma
 # Log odds that row and size speak for a pair: of two other things few agree. Less by how much the size is off, in usual errors
 AGREE, USUAL, USUAL_PX = 4.0, 0.02, 0.2
 STEP = 0.5  # radii: so densely the other picture is looked at along the line where the ball must be
-STILL = np.zeros(3)
 
 
 def find_pair(
@@ -93,12 +93,22 @@ def size_errors(
         return None
     distance, errors = float(np.linalg.norm(point)), []
     for ball, side in ((left, "left"), (right, "right")):
-        slope = ball.radius_px / calibration.camera(side)[0][0, 0]
-        off = abs(2 * distance * slope / (1 + slope * slope) ** 0.5 / diameter_mm - 1)
-        if off > SIZE + SIZE_PX / ball.radius_px:
+        off = abs(distance * _nearness(calibration, diameter_mm, ball, side) - 1)
+        if off > _room(ball):
             return None
         errors.append(off / (USUAL + USUAL_PX / ball.radius_px))
     return errors[0], errors[1]
+
+
+def _nearness(calibration, diameter_mm, ball, side):
+    """1 / distance of a ball by its size in one picture, 1/mm: half its diameter times this is the sine of the cone's half angle."""
+    slope = ball.radius_px / calibration.camera(side)[0][0, 0]
+    return 2 * slope / (1 + slope * slope) ** 0.5 / diameter_mm
+
+
+def _room(ball):
+    """The part by which a ball's size may seem wrong."""
+    return SIZE + SIZE_PX / ball.radius_px
 
 
 def seen_by_the_other(calibration: StereoCalibration, diameter_mm: float, ball: Detection, side: str) -> list[Circle]:
@@ -123,9 +133,8 @@ def seen_by_the_other(calibration: StereoCalibration, diameter_mm: float, ball: 
         turn, shift = turn.T, -turn.T @ shift
     ray = np.append(cv2.undistortPoints(np.array([[ball.center_px]]), matrix, distortion)[0, 0], 1.0)
     ray /= np.linalg.norm(ray)
-    slope = ball.radius_px / matrix[0, 0]
-    nearness = 2 * slope / (1 + slope * slope) ** 0.5 / diameter_mm  # 1 / distance, by the size
-    room = nearness * (SIZE + SIZE_PX / ball.radius_px)
+    nearness = _nearness(calibration, diameter_mm, ball, side)
+    room = nearness * _room(ball)
 
     def seen(nearness):
         place = turn @ ray / nearness + shift
