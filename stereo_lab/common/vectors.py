@@ -7,13 +7,14 @@ from collections.abc import Callable
 
 import numpy as np
 
+CROSS = np.zeros((3, 3, 3))
+for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+    CROSS[i, k, j], CROSS[i, j, k] = 1, -1
+
 
 def cross(vectors: np.ndarray) -> np.ndarray:
     """The matrices that take the cross product with vectors, shapes (..., 3) and (..., 3, 3)."""
-    found = np.zeros((*vectors.shape, 3))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        found[..., k, j], found[..., j, k] = vectors[..., i], -vectors[..., i]
-    return found
+    return (vectors @ CROSS.reshape(3, 9)).reshape(*vectors.shape, 3)
 
 
 def as_arrays(function: Callable) -> Callable:

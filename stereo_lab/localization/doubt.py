@@ -79,8 +79,8 @@ class Doubt:
         """
         point = np.asarray(point_1x3, float).reshape(1, 3)
         slopes = np.concatenate([_bench_slopes(self.calibration, self.rigid, point), self.rigid.slopes(point)], -1)[0]
-        pixels = _noise(self.calibration, self.rigid, point, centers_px)[0]
-        variance = ((slopes @ self.covariance) * slopes).sum(1) + np.diag(pixels)
+        pixels = self.rigid.rotation * pixel_sigma(self.calibration, point, centers_px)
+        variance = ((slopes @ self.covariance) * slopes).sum(1) + (pixels * pixels).sum(1)
         return None if np.isnan(variance).any() else tuple(np.sqrt(variance).tolist())
 
 

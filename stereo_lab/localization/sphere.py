@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import cv2
 import numpy as np
 
 from stereo_lab.calibration import StereoCalibration
@@ -18,6 +19,9 @@ SIZE_SIGMA_PX = 0.12  # blur and sharpening move the rim: so much may the ball's
 CONTRADICT = 6.0  # squared, in standard deviations, two of them free: of cones without a fault one pair in twenty
 ROUNDS, ENOUGH_MM = 10, 0.03  # a tenth of what is known best
 TINY = 1e-12
+EYE, DAMPING = np.eye(3), TINY * np.eye(5)
+ALIKE = np.array([0, 0, 0, 1.0, -1.0])  # the two radii, of the five numbers
+ONE_SIZE = np.outer(ALIKE, ALIKE)
 
 Pose = tuple[np.ndarray, np.ndarray]  # from the left camera's frame: turn (3, 3) and shift (3,), mm
 Told = tuple[np.ndarray, np.ndarray]  # of a cone's a': information (3, 3), and information times what is missing (3,)
@@ -34,7 +38,7 @@ def one_sphere(calibration: StereoCalibration, left: Detection, right: Detection
     if left.cone is None or right.cone is None:
         return left, right
     cones = left.cone, right.cone
-    poses = (np.eye(3), np.zeros(3)), (calibration.rotation, np.ravel(calibration.translation_mm))
+    poses = (EYE, np.zeros(3)), (calibration.rotation, np.ravel(calibration.translation_mm))
     ball = _start(cones, poses)
     step, contradiction = _step(cones, poses, ball, [_by_cone(cone) for cone in cones])
     ball = ball + step  # one step is enough: what it leaves is its square over the ball's distance
@@ -68,18 +72,17 @@ def _step(
     cones: Sequence[Cone], poses: Sequence[Pose], ball: np.ndarray, told: Sequence[Callable[[np.ndarray], Told]]
 ) -> tuple[np.ndarray, float]:
     """Toward the ball that best fits what each picture tells; and how much the pictures contradict each other there."""
-    same_size = np.array([0, 0, 0, 1, -1]) * (cones[0].look.r / (ball[3] * SIZE_SIGMA_PX))
-    off = same_size @ ball
-    information, missing, squares = np.outer(same_size, same_size) + TINY * np.eye(5), -off * same_size, off * off
+    strict, off = (cones[0].look.r / (ball[3] * SIZE_SIGMA_PX)) ** 2, ball[3] - ball[4]
+    information, missing, squares = strict * ONE_SIZE + DAMPING, -strict * off * ALIKE, strict * off * off
     for k, (turn, shift) in enumerate(poses):
         axis, slopes = _axis(turn @ ball[:3] + shift, ball[3 + k])
         known, lacks = told[k](axis)
         by_ball = np.zeros((3, 5))
         by_ball[:, :3], by_ball[:, 3 + k] = slopes[:, :3] @ turn, slopes[:, 3]
         information += by_ball.T @ known @ by_ball
-        missing += by_ball.T @ lacks
+        missing += lacks @ by_ball
         squares += lacks @ (cones[k].axis - axis)
-    step = np.linalg.solve(information, missing)
+    step = cv2.solve(information, missing[:, None], flags=cv2.DECOMP_CHOLESKY)[1][:, 0]
     return step, float(squares - missing @ step)
 
 
@@ -106,8 +109,8 @@ def _by_edges(cone):
 
 def _axis(place, radius):
     """The cone's a' of a ball (see ``fit_cone``), and how it changes with place and radius, shape (3, 4)."""
-    touch = np.sqrt(place @ place - radius * radius)  # how far away the rays touch it
-    slopes = np.empty((3, 4))
-    slopes[:, :3] = (np.eye(3) - np.outer(place, place) / touch**2) / touch
-    slopes[:, 3] = place * (radius / touch**3)
-    return place / touch, slopes
+    touch = float(place @ place - radius * radius) ** 0.5  # how far away the rays touch it
+    axis, slopes = place / touch, np.empty((3, 4))
+    slopes[:, :3] = (EYE - axis[:, None] * axis) / touch
+    slopes[:, 3] = axis * (radius / touch**2)
+    return axis, slopes
