@@ -32,20 +32,15 @@ def rooms(bench):
     ]
 
 
-def some_clutter(balls, empty):
-    """(pictures, circles, names) of some pictures of clutter."""
+@pytest.fixture(scope="module")
+def clutter():
+    """(pictures, circles, names) of twelve pictures of clutter, four without a ball."""
     recording = open_recording(ROOT / "data" / "clutter")
     pairs = recording.pairs("snaps")
     truth = {p.name: recording.true_ball("snaps", p.name) for p in pairs}
-    chosen = [p for p in pairs if truth[p.name]][:balls] + [p for p in pairs if not truth[p.name]][:empty]
+    chosen = [p for p in pairs if truth[p.name]][:8] + [p for p in pairs if not truth[p.name]][:4]
     circles = [truth[p.name] and tuple(truth[p.name]["left"]) for p in chosen]
     return [p.left for p in chosen], circles, [p.name for p in chosen]
-
-
-@pytest.fixture(scope="module")
-def clutter():
-    """Twelve pictures of clutter, four without a ball."""
-    return some_clutter(8, 4)
 
 
 def draws(frames, count=DRAWS):
@@ -214,8 +209,8 @@ def test_pictures_that_are_alike_are_told(bench, clutter):
     assert all_alike(still) and not all_alike(clutter[0])
 
 
-def test_a_proposal_is_the_ball_and_nothing_is_nothing():
-    images, circles, _ = some_clutter(8, 12)
+def test_a_proposal_is_the_ball_and_nothing_is_nothing(clutter):
+    images, circles, _ = clutter
     marks = propose(images, "red")
     assert sum(mark is not None for mark in marks.values()) >= 4 and sum(mark is None for mark in marks.values()) >= 1
     for k, mark in marks.items():

@@ -7,14 +7,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-CROSS = np.zeros((3, 3, 3))
-for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-    CROSS[i, k, j], CROSS[i, j, k] = 1, -1
+X, Y, Z = np.eye(3)
+CROSS = np.stack([0 * X, -Z, Y, Z, 0 * X, -X, -Y, X, 0 * X], 1)  # the nine entries of the matrix, row by row
 
 
 def cross(vectors: np.ndarray) -> np.ndarray:
     """The matrices that take the cross product with vectors, shapes (..., 3) and (..., 3, 3)."""
-    return (vectors @ CROSS.reshape(3, 9)).reshape(*vectors.shape, 3)
+    return (vectors @ CROSS).reshape(*vectors.shape, 3)
 
 
 def as_arrays(function: Callable) -> Callable:

@@ -65,7 +65,8 @@ class Doubt:
         knows[:24, :24] = np.nan if calibration.covariance is None else calibration.covariance
         knows[24, 24] = SQUARE_SIGMA**2
         follows = -np.einsum("kni,nij->kj", rigid.gain, _bench_slopes(calibration, rigid, samples))
-        own = _noise(calibration, rigid, samples, centers_Nx2) + RULER_SIGMA_MM**2 * np.eye(3)
+        pixels = _by_pixels(calibration, rigid, samples, centers_Nx2)
+        own = pixels @ pixels.transpose(0, 2, 1) + RULER_SIGMA_MM**2 * np.eye(3)
         noise = np.einsum("kni,nij,lnj->kl", rigid.gain, own, rigid.gain)
         both = follows @ knows
         return cls(calibration, rigid, np.block([[knows, both.T], [both, both @ follows.T + noise]]))
@@ -79,7 +80,7 @@ class Doubt:
         """
         point = np.asarray(point_1x3, float).reshape(1, 3)
         slopes = np.concatenate([_bench_slopes(self.calibration, self.rigid, point), self.rigid.slopes(point)], -1)[0]
-        pixels = self.rigid.rotation * pixel_sigma(self.calibration, point, centers_px)
+        pixels = _by_pixels(self.calibration, self.rigid, point, centers_px)[0]
         variance = ((slopes @ self.covariance) * slopes).sum(1) + (pixels * pixels).sum(1)
         return None if np.isnan(variance).any() else tuple(np.sqrt(variance).tolist())
 
@@ -90,7 +91,6 @@ def _bench_slopes(calibration, rigid, points):
     return rigid.scale * rigid.rotation @ np.concatenate([calibration.place_slopes(points), by_length], -1)
 
 
-def _noise(calibration, rigid, points, centers_Nx2):
-    """Covariance on the bench by the pixels' noise, shape (N, 3, 3), mm²."""
-    turned = rigid.rotation * pixel_sigma(calibration, points, centers_Nx2)[:, None, :]
-    return turned @ turned.transpose(0, 2, 1)
+def _by_pixels(calibration, rigid, points, centers_Nx2):
+    """One standard deviation of the pixels' noise along X, Y, Z, turned on to the bench: columns, shape (N, 3, 3), mm."""
+    return rigid.rotation * pixel_sigma(calibration, points, centers_Nx2)[:, None, :]
