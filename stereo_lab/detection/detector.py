@@ -25,10 +25,8 @@ GLANCES, BEST_VOTED = 6, 8  # patches that get a first look; circles with the mo
 SMALLER, SAME_STEP = 0.2, 0.5  # a cone is smaller than its patch by this part at most, and half a step of the glance
 WIDE, NARROW, SMEARED = 0.45, 0.3, 0.75  # how far from the outline a look reaches, in radii
 STEADY, MOVED = 0.75, 0.3  # less of the rim on the cone: a wider look follows; so many radii from the circle: another
-RAGGED, SMUDGED_PX = (
-    0.9,
-    0.05,
-)  # less of the rim on the cone: a look by colour follows, whose edges JPEG may move so far
+# What may be the ball, with less of the rim on the cone, is looked at by colour; so far may JPEG move that edge:
+PERHAPS, RAGGED, SMUDGED_PX = 0.05, 0.9, 0.05
 LARGE_PX, FINE_PX = 40, 8  # on a larger ball places lie too far apart: one more look, so many px to both sides
 
 # Where the ball is expected and so much of the rim is on the cone, the probability of before fades a little; below ASKED
@@ -179,7 +177,8 @@ class BallDetector:
     def _detection(self, image, cone, probability):
         """What is told of a ball. Where the light's edges scatter, as before books and plants, by colour, if that is surer."""
         sigma, sigma_radius = cone.sigmas_px
-        if cone.on < RAGGED and sigma > SMUDGED_PX and cone.look.share < SMEARED:
+        ragged = cone.on < RAGGED and sigma > SMUDGED_PX and cone.look.share < SMEARED
+        if ragged and probability >= PERHAPS:
             other = self._settle(image, cone.circle, (NARROW,), "chroma")
             if other is not None and math.hypot(other.sigmas_px[0], SMUDGED_PX) < sigma:
                 cone, (sigma, sigma_radius) = other, other.sigmas_px
