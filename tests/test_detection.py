@@ -145,22 +145,6 @@ def test_the_edge_is_where_the_balls_colour_ends():
     assert np.hypot(found.u - u, found.v - v) < 0.2
 
 
-def test_before_books_and_plants_colour_tells_the_edge_better(monkeypatch):
-    """The light changes there for many reasons; each picture's error is against the renderer's truth."""
-    recording = open_recording("third_rig")
-    pairs = recording.pairs("evaluation")
-    true = [recording.true_ball("evaluation", pair.name)["left"] for pair in pairs]
-    detector = BallDetector(recording.ball.color)
-
-    def error():
-        found = [detector.detect(pair.left) for pair in pairs]
-        return np.mean([np.hypot(ball.u - u, ball.v - v) for ball, (u, v, _) in zip(found, true, strict=True)])
-
-    by_both = error()
-    monkeypatch.setattr("stereo_lab.detection.detector.RAGGED", 0)
-    assert by_both < 0.9 * error()
-
-
 def test_a_pale_and_a_shaded_ball_are_candidates():
     """Their colour is only perhaps the ball's, by the table; a bar at 200 of 255 would pass them over."""
     for share, light in ((0.55, 1.0), (1.0, 0.45)):

@@ -25,8 +25,6 @@ GLANCES, BEST_VOTED = 6, 8  # patches that get a first look; circles with the mo
 SMALLER, SAME_STEP = 0.2, 0.5  # a cone is smaller than its patch by this part at most, and half a step of the glance
 WIDE, NARROW, SMEARED = 0.45, 0.3, 0.75  # how far from the outline a look reaches, in radii
 STEADY, MOVED = 0.75, 0.3  # less of the rim on the cone: a wider look follows; so many radii from the circle: another
-# What may be the ball, with less of the rim on the cone, is looked at by colour; so far may JPEG move that edge:
-PERHAPS, RAGGED, SMUDGED_PX = 0.05, 0.9, 0.05
 LARGE_PX, FINE_PX = 40, 8  # on a larger ball places lie too far apart: one more look, so many px to both sides
 
 # Where the ball is expected and so much of the rim is on the cone, the probability of before fades a little; below ASKED
@@ -83,14 +81,14 @@ class BallDetector:
     def weighed(self, image: np.ndarray, most: int = 8, everything: bool = False) -> list[tuple[Detection, float]]:
         """The same with the logarithm of each one's odds against none, for who has more evidence to add."""
         ranked = ranking(self.things(check_image(image), everything))[:most]
-        return [(self._detection(image, thing.cone, p), thing.logit) for thing, p in ranked]
+        return [(_detection(thing.cone, p), thing.logit) for thing, p in ranked]
 
     def weighed_at(self, image: np.ndarray, circles: Sequence[Circle]) -> list[tuple[Detection, float]]:
         """The same by a long look at some places (u, v, radius), px."""
         step = max(1, round(_least_radius(image) / LONG_STEP))
         colored = _colored(self.color.likeness(where.smaller(image, step)), step)
         things = self._look_at(image, 1, circles, colored)
-        return [(self._detection(image, thing.cone, _probability(thing.logit)), thing.logit) for thing in things]
+        return [(_detection(thing.cone, _probability(thing.logit)), thing.logit) for thing in things]
 
     def things(self, image: np.ndarray, everything: bool = False) -> list[Thing]:
         """Glance at the largest patches; look longer at patches of several levels; vote last."""
@@ -135,13 +133,13 @@ class BallDetector:
         if cone is None or abs(cone.radius_px - r) > RESIZED * r + RESIZED_PX:
             return None
         if cone.on >= CERTAIN and near.score * FADES > ASKED:
-            return self._detection(image, cone, near.score * FADES)
+            return _detection(cone, near.score * FADES)
         belief = min(MOST_BELIEF, max(1 - MOST_BELIEF, near.score))
         logit = (
             KEPT * math.log(belief / (1 - belief))
             + (1 - KEPT) * judge(cone, np.pi * place[2] ** 2, self.color.weights).logit
         )
-        return None if logit < 0 else self._detection(image, cone, _probability(logit))
+        return None if logit < 0 else _detection(cone, _probability(logit))
 
     def _patch_near(self, image, near, reach):
         """The patch of the right size nearest to a prediction."""
@@ -173,16 +171,6 @@ class BallDetector:
         if rough is None or cone is None:
             return cone or rough
         return rough if _apart(cone.circle, rough.circle) > 1 + 0.25 * rough.outline_px else cone
-
-    def _detection(self, image, cone, probability):
-        """What is told of a ball. Where the light's edges scatter, as before books and plants, by colour, if that is surer."""
-        sigma, sigma_radius = cone.sigmas_px
-        ragged = cone.on < RAGGED and sigma > SMUDGED_PX and cone.look.share < SMEARED
-        if ragged and probability >= PERHAPS:
-            other = self._settle(image, cone.circle, (NARROW,), "chroma")
-            if other is not None and math.hypot(other.sigmas_px[0], SMUDGED_PX) < sigma:
-                cone, (sigma, sigma_radius) = other, other.sigmas_px
-        return Detection(cone.u, cone.v, cone.radius_px, float(probability), sigma, sigma_radius, cone)
 
     def _settle(self, image, circle, shares, edge):
         """Look round a circle, fit the cone, look round that, and so on."""
@@ -221,6 +209,10 @@ def _of_the_patch(cone, r, step):
 def _apart(circle, other):
     """How far a circle and another one differ, in place and size, px."""
     return math.hypot(circle[0] - other[0], circle[1] - other[1]) + abs(circle[2] - other[2])
+
+
+def _detection(cone, probability):
+    return Detection(cone.u, cone.v, cone.radius_px, float(probability), *cone.sigmas_px, cone)
 
 
 def _probability(logit):

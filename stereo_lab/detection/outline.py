@@ -23,8 +23,7 @@ GATE, FLOOR = 2.5, 0.05  # how soon a place where the ball's colour ends counts 
 STILL = np.zeros(3)
 LIGHT = (255 * (np.arange(256) / 255.0) ** 2.2).astype(np.float32)  # a lens's blur mixes light, not stored values
 LUMA = np.array([[0.114, 0.587, 0.299]], np.float32)
-STORED = np.arange(-128, 128).astype(np.float32)
-FAINT, STRONG = 0.3 * STORED, STORED  # JPEG's blur mixes stored colours, and widely: they count less, or as they are
+CHROMA = np.arange(-128, 128).astype(np.float32) * 0.3  # JPEG's blur mixes stored colours, and widely: they count less
 ANGLE = np.arange(RAYS) * (2 * np.pi / RAYS)
 RING = np.stack([np.cos(ANGLE), np.sin(ANGLE)], 1)[:, None]
 COS, SIN = RING[..., 0].astype(np.float32), RING[..., 1].astype(np.float32)
@@ -44,7 +43,7 @@ class Look:
     """
 
     def __init__(self, image: np.ndarray, color: BallColor, camera: Camera, circle: Circle, share: float) -> None:
-        self.color, self.camera, self.share = color, camera, share
+        self.color, self.camera = color, camera
         self.u, self.v, self.r = u, v, r = circle
         band = share * max(r, LEAST_BAND_PX)
         reach = r + band + 2
@@ -74,21 +73,12 @@ class Look:
     @cached_property
     def ball_edge(self) -> tuple[np.ndarray, np.ndarray]:
         """The same, near the place where the ball's colour ends: ball-like before it, not after it."""
-        return self._edge(self._gate)
-
-    @cached_property
-    def chroma_edge(self) -> tuple[np.ndarray, np.ndarray]:
-        """The same, where colour counts as much as light: before books and plants light changes for many reasons."""
-        return self._edge(self._gate, STRONG)
-
-    @cached_property
-    def _gate(self):
         ours = self.like * (1 / 255)
-        return np.clip(GATE * (ours @ BEFORE) * (1 - ours @ AFTER), FLOOR, 1)[:, 1:-1]
+        return self._edge(np.clip(GATE * (ours @ BEFORE) * (1 - ours @ AFTER), FLOOR, 1)[:, 1:-1])
 
-    def _edge(self, gate, chroma=FAINT):
+    def _edge(self, gate):
         """Each ray is projected on its own change of colour; its edge is the centroid of the cube of the slope."""
-        picture = cv2.LUT(cv2.cvtColor(self.patch, cv2.COLOR_BGR2YCrCb), chroma)
+        picture = cv2.LUT(cv2.cvtColor(self.patch, cv2.COLOR_BGR2YCrCb), CHROMA)
         picture[..., 0] = cv2.transform(cv2.LUT(self.patch, LIGHT), LUMA)
         light = self.sampled(picture)
         change = ENDS @ light
