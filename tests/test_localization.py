@@ -207,6 +207,21 @@ def test_two_pictures_of_one_ball_correct_each_other(bench, bench_calibration, b
     assert np.mean(both) < 0.75 * np.mean(alone)
 
 
+def test_clean_rims_have_the_disparity_of_the_ball_that_fits_both(bench, bench_calibration, by_cone, monkeypatch):
+    """So they are spared the fit, which would take a seventh of the time of following a pair."""
+    moved = []
+    for sample in bench.samples("evaluation")[:10]:
+        seen = [d.detect(i) for d, i in zip(by_cone.way.detectors, (sample.pair.left, sample.pair.right), strict=True)]
+        if min(ball.cone.on for ball in seen) >= sphere.CLEAN:
+            assert sphere.one_sphere(bench_calibration, *seen) == tuple(seen)
+            with monkeypatch.context() as patch:
+                patch.setattr(sphere, "CLEAN", 2)
+                left, right = sphere.one_sphere(bench_calibration, *seen)
+            assert (left, right) != tuple(seen)
+            moved.append((left.u - right.u) - (seen[0].u - seen[1].u))
+    assert len(moved) >= 5 and np.abs(moved).max() < 0.01
+
+
 def test_detections_without_edges_stay_where_they_are(bench_calibration):
     pair = Detection(320, 240, 15, 0.9), Detection(250, 241, 15, 0.9)
     assert sphere.one_sphere(bench_calibration, *pair) == pair

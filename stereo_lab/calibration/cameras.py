@@ -81,12 +81,12 @@ class StereoCalibration:
     reasons: tuple[str, ...] = ()
     made_from: str = ""
 
-    @property
+    @cached_property
     def baseline_mm(self) -> float:
         """Distance between the two optical centres."""
         return float(np.linalg.norm(self.translation_mm))
 
-    @property
+    @cached_property
     def focal_px(self) -> float:
         """Focal length of the rectified pair."""
         return float(self.rectified["left"][1][0, 0])
