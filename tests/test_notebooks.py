@@ -220,11 +220,14 @@ def outside_the_plane_the_rule_counts(text):
 
 
 def it_takes_both_changes(text):
-    """Lesson 04: neither better pixels nor a better formula does it alone. With true centres the formulas of d end close together."""
+    """Lesson 04: neither better pixels nor a better formula does it alone. With true centres the formulas of d end close together.
+
+    Before the third rig's books and plants the best pixels still scatter by a quarter of one, and hide a part of what the formula gains.
+    """
     start, pixels, formula, both = numbers_after(
         text, "Hough and Eq. 4, all samples:", "only the pixels changed:", "only the formula changed:", "both changed:"
     )
-    assert both < 0.7 * min(pixels, formula) and max(pixels, both) < start
+    assert both < 0.9 * min(pixels, formula) and max(pixels, both) < start
     exact = list(map(float, re.search(r"^true centres +(.*)$", text, re.MULTILINE).group(1).split()[:5]))
     assert max(exact[:4]) < 1.3 * min(exact[:4]) and exact[4] < 0.5 * min(exact[:4])
 

@@ -25,6 +25,8 @@ GLANCES, BEST_VOTED = 6, 8  # patches that get a first look; circles with the mo
 SMALLER, SAME_STEP = 0.2, 0.5  # a cone is smaller than its patch by this part at most, and half a step of the glance
 WIDE, NARROW, SMEARED = 0.45, 0.3, 0.75  # how far from the outline a look reaches, in radii
 STEADY, MOVED = 0.75, 0.3  # less of the rim on the cone: a wider look follows; so many radii from the circle: another
+UNSURE = 0.01  # of the radius: a centre told less surely is looked for again; on plain grounds it is told to 0.003
+WORSE = 1.5  # but if it is told so many times less surely then, the first look was the better one
 LARGE_PX, FINE_PX = 40, 8  # on a larger ball places lie too far apart: one more look, so many px to both sides
 
 # Where the ball is expected and so much of the rim is on the cone, the probability of before fades a little; below ASKED
@@ -63,16 +65,35 @@ class BallDetector:
         image = check_image(image)
         if self.method == "paper":
             return detect_paper(image, self.color)
+        found = self.first(image, near)
+        return None if found is None else self._surer(image, found)
+
+    def first(self, image: np.ndarray, near: Detection | None = None) -> Detection | None:
+        """The same at first sight, however much its edge scatters."""
+        image = check_image(image)
         followed = None if near is None else self._follow(image, near)
         if followed is not None:
             return followed
         best = next(iter(self.candidates(image, 1)), None)
         return best if best is not None and (best.score >= BALL or self.best_guess) else None
 
+    def again(self, image: np.ndarray, ball: Detection) -> Detection:
+        """A ball's edge anew, by what is quiet round it; the ball as it was where that tells less."""
+        if ball.cone is None or ball.sigma_px is None:
+            return ball
+        cone = self._settle(image, ball.cone.circle, (ball.cone.look.share,), "quiet")
+        if cone is None or not _same(cone, ball.cone):
+            return ball
+        found = _detection(cone, ball.score)
+        return found if found.sigma_px < WORSE * ball.sigma_px else ball
+
+    def _surer(self, image, ball):
+        return self.again(image, ball) if unsure(ball) else ball
+
     def detect_all(self, image: np.ndarray) -> list[Detection]:
         """Every ball of the colour, each judged as if it were the only one; best first."""
         alone = [(ball, _probability(logit)) for ball, logit in self.weighed(image, most=100, everything=True)]
-        return [replace(ball, score=p) for ball, p in alone if p >= BALL]
+        return [self._surer(image, replace(ball, score=p)) for ball, p in alone if p >= BALL]
 
     def candidates(self, image: np.ndarray, most: int = 4) -> list[Detection]:
         """What may be the ball, best first, each with the probability that it, and not another thing or none, is it."""
@@ -170,7 +191,7 @@ class BallDetector:
         cone = self._settle(image, circle if rough is None else rough.circle, (NARROW, NARROW), "ball")
         if rough is None or cone is None:
             return cone or rough
-        return rough if _apart(cone.circle, rough.circle) > 1 + 0.25 * rough.outline_px else cone
+        return cone if _same(cone, rough) else rough
 
     def _settle(self, image, circle, shares, edge):
         """Look round a circle, fit the cone, look round that, and so on."""
@@ -191,6 +212,11 @@ class BallDetector:
         return cone
 
 
+def unsure(ball: Detection) -> bool:
+    """Whether a ball's edge scatters so much that it is worth another look."""
+    return ball.sigma_px is not None and ball.sigma_px > UNSURE * ball.radius_px
+
+
 def _least_radius(image):
     """Of a ball worth looking for in a picture, px."""
     return max(LEAST_PX, LEAST_OF_WIDTH * image.shape[1])
@@ -209,6 +235,11 @@ def _of_the_patch(cone, r, step):
 def _apart(circle, other):
     """How far a circle and another one differ, in place and size, px."""
     return math.hypot(circle[0] - other[0], circle[1] - other[1]) + abs(circle[2] - other[2])
+
+
+def _same(cone, other):
+    """Whether two cones may be one ball's."""
+    return _apart(cone.circle, other.circle) <= 1 + 0.25 * other.outline_px
 
 
 def _detection(cone, probability):

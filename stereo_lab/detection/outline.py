@@ -18,6 +18,7 @@ LEAST_BAND_PX = 13  # a ball of fewer px has a rim as blurred as one of 13
 BLUR_PX = 0.5  # evens out the pixels' grid
 CLEAR, HALF = 100, 200  # squared change of light across the rim: from here it is an edge, and here it counts half
 COLOR_ENDS = 76  # of 255: so much less ball-like outside than inside
+QUIET = 40  # variance round the ball, of light or one of the two of colour, from which on it counts less than half
 GATE, FLOOR = 2.5, 0.05  # how soon a place where the ball's colour ends counts fully, and the least that a place counts
 
 STILL = np.zeros(3)
@@ -43,7 +44,7 @@ class Look:
     """
 
     def __init__(self, image: np.ndarray, color: BallColor, camera: Camera, circle: Circle, share: float) -> None:
-        self.color, self.camera = color, camera
+        self.color, self.camera, self.share = color, camera, share
         self.u, self.v, self.r = u, v, r = circle
         band = share * max(r, LEAST_BAND_PX)
         reach = r + band + 2
@@ -73,16 +74,30 @@ class Look:
     @cached_property
     def ball_edge(self) -> tuple[np.ndarray, np.ndarray]:
         """The same, near the place where the ball's colour ends: ball-like before it, not after it."""
-        ours = self.like * (1 / 255)
-        return self._edge(np.clip(GATE * (ours @ BEFORE) * (1 - ours @ AFTER), FLOOR, 1)[:, 1:-1])
+        return self._edge(self._ends)
 
-    def _edge(self, gate):
-        """Each ray is projected on its own change of colour; its edge is the centroid of the cube of the slope."""
+    @cached_property
+    def quiet_edge(self) -> tuple[np.ndarray, np.ndarray]:
+        """The same, by what is quiet round the ball: before books and plants often its colour, and not the light."""
+        return self._edge(self._ends, quiet=True)
+
+    @cached_property
+    def _ends(self):
+        ours = self.like * (1 / 255)
+        return np.clip(GATE * (ours @ BEFORE) * (1 - ours @ AFTER), FLOOR, 1)[:, 1:-1]
+
+    def _edge(self, gate, quiet=False):
+        """Each ray is projected on its own change of colour; its edge is the centroid of the cube of the slope.
+
+        ``quiet``: light and the two of colour count the less, the more each varies round the ball.
+        """
         picture = cv2.LUT(cv2.cvtColor(self.patch, cv2.COLOR_BGR2YCrCb), CHROMA)
         picture[..., 0] = cv2.transform(cv2.LUT(self.patch, LIGHT), LUMA)
         light = self.sampled(picture)
         change = ENDS @ light
         contrast = (change * change).sum(1)
+        if quiet:
+            change *= QUIET / (QUIET + light[:, -END:].mean(1).var(0))
         profile = (light @ change[:, :, None])[..., 0]  # its scale does not matter
         fall = np.maximum(profile[:, :-2] - profile[:, 2:], 0)
         fall *= fall * fall * gate

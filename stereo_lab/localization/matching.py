@@ -10,6 +10,7 @@ import numpy as np
 
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.detection import BALL, BallDetector, Detection
+from stereo_lab.detection.detector import unsure
 from stereo_lab.detection.judge import distinct
 from stereo_lab.detection.model import Circle
 from stereo_lab.detection.outline import STILL
@@ -21,6 +22,8 @@ SIZE, SIZE_PX = 0.15, 1.0  # the ball's size may seem this much wrong, and so ma
 # Log odds that row and size speak for a pair: of two other things few agree. Less by how much the size is off, in usual errors
 AGREE, USUAL, USUAL_PX = 4.0, 0.02, 0.2
 STEP = 0.5  # radii: so densely the other picture is looked at along the line where the ball must be
+
+Looks = Sequence[tuple[BallDetector, np.ndarray]]  # left and right: a detector and the picture that it looks at
 
 
 def find_pair(
@@ -46,6 +49,23 @@ def find_pair(
     (Detection, Detection) in raw pixels, or None
     """
     looks = list(zip(detectors, (left, right), strict=True))
+    pair = _find(calibration, looks, diameter_mm)
+    return None if pair is None else one_sphere(calibration, *surer(looks, pair))
+
+
+def surer(looks: Looks, pair: tuple[Detection, Detection]) -> tuple[Detection, Detection]:
+    """A pair of which both edges are looked for again if one of them scatters.
+
+    In both pictures by the same: what is wrong alike in both cancels in the disparity.
+    """
+    if not any(map(unsure, pair)):
+        return pair
+    (detector, left), (other, right) = looks
+    return detector.again(left, pair[0]), other.again(right, pair[1])
+
+
+def _find(calibration, looks, diameter_mm):
+    """The pair at first sight."""
     for everything in (False, True):  # the surest thing of one picture need not be in the other
         seen = [detector.weighed(image, CANDIDATES, everything) for detector, image in looks]
         if (pair := _best(calibration, diameter_mm, *seen)) is not None:
@@ -74,7 +94,7 @@ def _best(calibration, diameter_mm, left, right):
         return None
     one, other, _ = pairs[kept[0]]
     score = float(told[0])
-    return one_sphere(calibration, replace(one, score=score), replace(other, score=score))
+    return replace(one, score=score), replace(other, score=score)
 
 
 def size_errors(

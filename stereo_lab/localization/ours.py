@@ -11,7 +11,7 @@ from stereo_lab.calibration import StereoCalibration
 from stereo_lab.detection import HUES, BallColor, BallDetector, Detection
 from stereo_lab.errors import CalibrationError, StereoLabError
 from stereo_lab.localization.doubt import CENTER_SIGMA_PX, RULER_SIGMA_MM, Doubt, fit_bench, pixel_sigma
-from stereo_lab.localization.matching import ROW_PX, find_pair, size_errors
+from stereo_lab.localization.matching import ROW_PX, find_pair, size_errors, surer
 from stereo_lab.localization.samples import check_enough
 from stereo_lab.localization.sphere import one_sphere
 from stereo_lab.position import RigidFit
@@ -79,10 +79,10 @@ class ConeWay:
     ) -> tuple[Detection, Detection] | None:
         """The same ball in both pictures, in raw pixels: first near its last place, then everywhere."""
         if near is not None:
-            looks = zip(self.detectors, (left, right), near, strict=True)
-            one, other = (detector.detect(image, before) for detector, image, before in looks)
+            looks = tuple(zip(self.detectors, (left, right), strict=True))
+            one, other = (detector.first(image, before) for (detector, image), before in zip(looks, near, strict=True))
             if one and other and size_errors(self.calibration, self.diameter_mm, one, other) is not None:
-                return one_sphere(self.calibration, one, other)
+                return one_sphere(self.calibration, *surer(looks, (one, other)))
         return find_pair(self.calibration, self.detectors, self.diameter_mm, left, right)
 
     def position(self, left: Detection, right: Detection) -> Position:
