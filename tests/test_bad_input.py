@@ -363,6 +363,18 @@ def test_a_closed_pipe(monkeypatch, more, unbuffered):
     assert code == 2 and said.startswith("stereo-lab: Cannot print: ") and said.count("\n") == 1
 
 
+@pytest.mark.parametrize("arguments", [("detect", "text.mp4"), ("run", "--source", "cameras:97,98", "--seconds", "1")])
+def test_what_does_not_open_is_told_in_one_line(tmp_path, arguments):
+    """OpenCV and FFmpeg would tell it before, in theirs. They are asked to be quiet before they are loaded."""
+    (tmp_path / "text.mp4").write_text("no video")
+    command = [sys.executable, "-m", "stereo_lab", *arguments]
+    done = subprocess.run(
+        command, cwd=tmp_path, capture_output=True, text=True, env=os.environ | {"PYTHONPATH": str(ROOT)}
+    )
+    assert done.returncode == 2 and done.stdout == ""
+    assert done.stderr.startswith("stereo-lab: ") and done.stderr.count("\n") == 1
+
+
 def test_json_to_a_folder(tmp_path, capsys):
     assert "it is a folder" in refused(capsys, "detect", PICTURE, "--json", tmp_path)
 

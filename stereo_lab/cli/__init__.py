@@ -24,6 +24,8 @@ from stereo_lab.errors import StereoLabError
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code 0 (done), 1 (found wanting) or 2 (bad usage or input)."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy is loaded: see lab.py
+    os.environ.setdefault("OPENCV_LOG_LEVEL", "ERROR")  # a camera or video that does not open is told in one sentence
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
     try:
         words, for_jupyterlab = _parted(list(sys.argv[1:] if arguments is None else arguments))
         options = _parser().parse_args(words)
