@@ -18,7 +18,7 @@ from stereo_lab.detection.paper import detect_paper
 from stereo_lab.errors import StereoLabError
 
 BALL = 0.5  # probability from which a thing is called the ball
-SURE, TRIED = 0.9, 0.8  # nothing else is looked for; no votes are counted
+SURE, TRIED = 0.9, 0.7  # nothing else is looked for; no votes are counted
 LEAST_PX, LEAST_OF_WIDTH, MOST_OF_WIDTH = 3.0, 0.007, 0.6  # radii worth looking for
 GLANCE_STEP, LONG_STEP = 1.5, 2.2  # not every pixel is looked at: so many in the least radius
 GLANCES, BEST_VOTED = 6, 8  # patches that get a first look; circles with the most votes, whatever colour is round them
