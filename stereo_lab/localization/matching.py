@@ -57,6 +57,15 @@ def surer(looks: Looks, pair: tuple[Detection, Detection]) -> tuple[Detection, D
     """A pair of which both edges are looked for again if one of them scatters.
 
     In both pictures by the same: what is wrong alike in both cancels in the disparity.
+
+    Parameters
+    ----------
+    looks : two of (BallDetector, picture), left and right; pictures raw, BGR
+    pair : (Detection, Detection) in them, raw pixels
+
+    Returns
+    -------
+    (Detection, Detection): as they were where neither is unsure, or where another look tells less
     """
     if not any(map(unsure, pair)):
         return pair
