@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import cv2
@@ -21,8 +22,8 @@ LEAST_VOTE, RADII = 0.3, 24
 
 def smaller(image: np.ndarray, step: int) -> np.ndarray:
     """Every n-th pixel of every n-th row."""
-    size = max(1, image.shape[1] // step), max(1, image.shape[0] // step)
-    return cv2.resize(image, size, interpolation=cv2.INTER_NEAREST)
+    rows = image[::step].copy()  # side by side in the memory they are read twice as fast
+    return cv2.resize(rows, (max(1, image.shape[1] // step), len(rows)), interpolation=cv2.INTER_NEAREST)
 
 
 def above(like: np.ndarray, level: int) -> np.ndarray:
@@ -35,7 +36,7 @@ def patches(like: np.ndarray, level: int, least: float) -> list[Circle]:
     found = []
     for outline in cv2.findContours(above(like, level), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]:
         sums = cv2.moments(outline)
-        r = np.sqrt(sums["m00"] / np.pi) + 0.5
+        r = math.sqrt(sums["m00"] / math.pi) + 0.5
         if sums["m00"] and r > SMALL * least:
             found.append((sums["m10"] / sums["m00"], sums["m01"] / sums["m00"], r))
     return sorted(found, key=lambda circle: -circle[2])[:MOST_PATCHES]

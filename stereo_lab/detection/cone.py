@@ -24,7 +24,6 @@ TOGETHER = 2.0  # neighbouring rays share pixels and err together: on rendered b
 SHARPENED_PX = 0.12  # a camera's sharpening moves the whole rim in or out
 TRIES = 80  # cones through three rays
 TURN = np.random.default_rng(2).integers(2**31, size=(TRIES, 3))
-TINY = 1e-11 * np.eye(3)
 
 
 class Cone(NamedTuple):
@@ -33,8 +32,8 @@ class Cone(NamedTuple):
     ``u, v``: where its axis, and so the ball's centre, is seen. ``outline_px``: radius of a circle round it that covers as
     much of the picture as the ball. ``radius_px``: f·tan α, what the ball's radius would be in the middle of the picture.
     ``look``; ``off``: how far beyond its circle the edge lies on each ray; ``weights`` of these edges; ``gap``: how far
-    beyond the cone they lie. ``axis``: a', shape (3,). ``information``: how well it is known, the inverse of its covariance,
-    shape (3, 3), by how the edges scatter.
+    beyond the cone they lie. ``on``: part of the rays whose edge lies on the cone. ``axis``: a', shape (3,).
+    ``information``: how well it is known, the inverse of its covariance, shape (3, 3), by how the edges scatter.
     """
 
     u: float
@@ -45,6 +44,7 @@ class Cone(NamedTuple):
     off: np.ndarray
     weights: np.ndarray
     gap: np.ndarray
+    on: float
     axis: np.ndarray
     information: np.ndarray
 
@@ -54,20 +54,14 @@ class Cone(NamedTuple):
         return self.u, self.v, self.outline_px
 
     @property
-    def on(self) -> float:
-        """Part of the rays whose edge lies on the cone."""
-        near = np.abs(self.gap) < max(ON_PX, ON * self.outline_px)
-        return np.count_nonzero(near & (self.weights > 0)) / RAYS
-
-    @property
     def sigmas_px(self) -> tuple[float, float]:
         """Standard deviations of each coordinate of the centre, and of the radius."""
-        focal, (x, y, z) = self.look.camera[0][0, 0], self.axis.tolist()
-        by_u = np.array([1, 0, -x / z]) * (focal / z)
-        by_radius = self.axis * (focal / (x * x + y * y + z * z - 1) ** 0.5)
+        focal, (x, y, z) = float(self.look.camera[0][0, 0]), self.axis.tolist()
         covariance = cv2.invert(self.information, flags=cv2.DECOMP_CHOLESKY)[1]
-        sigma, sigma_radius = (float(by @ covariance @ by) ** 0.5 for by in (by_u, by_radius))
-        return sigma, float(np.hypot(sigma_radius, SHARPENED_PX))
+        by_u = np.array([[1, 0, -x / z], [x, y, z]])
+        (across, _), (_, along) = (by_u @ covariance @ by_u.T).tolist()
+        size = focal * focal / (x * x + y * y + z * z - 1)
+        return focal / z * across**0.5, (size * along + SHARPENED_PX**2) ** 0.5
 
 
 def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
@@ -82,37 +76,41 @@ def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
     if count < LEAST_CLEAR * RAYS:
         return None
     rays, used, near = look.rays(off), weights, max(0.6, 0.05 * look.r)
-    and_one = np.concatenate([rays, np.ones((RAYS, 1))], 1)
+    and_one = np.ones((RAYS, 4))
+    and_one[:, :3] = rays
     products = (rays[:, :, None] * and_one[:, None]).reshape(RAYS, 12)
     gap, least = np.zeros(RAYS), max(LIMIT_PX, LIMIT * look.r)
     for rounds in range(MOST_ROUNDS):
         before = gap
         sums = (used @ products).reshape(3, 4)
-        normal = sums[:, :3] + TINY
-        axis = cv2.solve(normal, sums[:, 3:], flags=cv2.DECOMP_CHOLESKY)[1][:, 0]
+        axis = cv2.solve(sums[:, :3], sums[:, 3:], flags=cv2.DECOMP_CHOLESKY)[1][:, 0]
         x, y, z = axis.tolist()
         tan2 = x * x + y * y + z * z - 1
         if not tan2 > 1e-8 or z < 0.05:
             return None
         gap = (1 - rays @ axis) * (look.r / tan2)
         away = np.abs(gap)
-        if rounds == 0 and np.count_nonzero(away[clear] < near) < ONE_CURVE * count:
+        order = np.sort(away[clear])
+        if rounds == 0 and order[int(ONE_CURVE * count)] > near:
             axis = _best_of_threes(rays[clear], near, look.r)
             away = np.abs(rays @ axis - 1) * (look.r / (axis @ axis - 1))
+            order = np.sort(away[clear])
+        middle = float(order[count // 2])
         if rounds and cv2.norm(gap, before, cv2.NORM_INF) < STILL_PX:
             break
-        limit = max(least, SCATTERED * middle_of(away[clear]))
-        used = weights * np.maximum(1 - (away / limit) ** 2, 0) ** 2
+        used = weights * tukey(away, max(least, SCATTERED * middle))
     u, v = look.pixel(axis)
     radius = float(look.camera[0][0, 0]) * tan2**0.5
     stretch = ((tan2 + 1) ** 0.5 / z) ** 1.5  # the ellipse is longer away from the middle of the picture
-    information = normal * (look.r / tan2 / spread_px(middle_of(away[clear]))) ** 2
-    return Cone(u, v, radius * stretch, radius, look, off, weights, gap, axis, information)
+    information = sums[:, :3] * (look.r / tan2 / spread_px(middle)) ** 2
+    outline = radius * stretch
+    on = np.count_nonzero((away < max(ON_PX, ON * outline)) & clear) / RAYS
+    return Cone(u, v, outline, radius, look, off, weights, gap, on, axis, information)
 
 
-def middle_of(sizes: np.ndarray) -> float:
-    """The median; np.median is slow on few numbers."""
-    return float(np.sort(sizes)[len(sizes) // 2])
+def tukey(off: np.ndarray, limit: float) -> np.ndarray:
+    """How much each counts that lies so far off: fully at 0, nothing from the limit on."""
+    return np.square(np.maximum(1 - np.square(off / limit), 0))
 
 
 def spread_px(middle_px: float) -> float:

@@ -16,7 +16,7 @@ import numpy as np
 
 from stereo_lab.detection.cone import ON, ON_PX, Cone
 from stereo_lab.detection.model import Circle
-from stereo_lab.detection.outline import ANGLE, RAYS, RING, SAMPLES
+from stereo_lab.detection.outline import ANGLE, EACH, RAYS, RING
 from stereo_lab.detection.weights import SHIPPED, Weights
 
 PERHAPS = 60  # likeness, of 255: may be the ball's colour
@@ -33,7 +33,6 @@ EVIDENCE = SHIPPED.names
 PARTS = np.sqrt((np.arange(6) + 0.5) / 6) * 0.85
 DISC = (RING[::3, 0, :, None] * PARTS).transpose(1, 0, 2).reshape(2, -1).astype(np.float32)  # places inside, in radii
 DISC_SPREAD = float((DISC[0] ** 2).mean())
-EACH = np.ones(SAMPLES, np.float32)
 WAVES = np.column_stack([wave(crests * ANGLE) for crests in (2, 3, 4) for wave in (np.cos, np.sin)])
 
 
@@ -81,20 +80,20 @@ def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
     ends = color_clear & (astray < max(ENDS_PX, ENDS * r))
     beyond = (look.off - rim[:, None]).astype(np.float32)
     margin = max(RIM * r, RIM_PX)
-    outer, inner = (beyond > margin).astype(np.float32), (beyond < -margin).astype(np.float32)
+    outer, inner = (beyond > margin).astype(np.float32), beyond < -margin
     outside = (look.like * outer) @ EACH / (outer @ EACH + 1e-3)
-    within = np.vdot(look.like, inner) / (inner.sum() + 1e-3)
-    seen = max(1.0, float(np.count_nonzero(look.seen)))
+    within = float(np.vdot(look.like, inner)) / (np.count_nonzero(inner) + 1e-3)
+    seen = max(1, int(np.count_nonzero(look.seen)))
     fill, shade = _inside(cone)
     return np.array([
         (within - outside @ look.seen / seen) / 255,
         np.count_nonzero(on) / seen,
         np.count_nonzero(ends) / seen,
         np.count_nonzero(~(on | ends) & (outside > OUTSIDE)) / RAYS,
-        np.log(_lobes(light_gaps, light_clear, LIGHT_LOBES, r) + 0.01),
-        np.log(_lobes(color_gaps, color_clear, COLOR_LOBES, r) + 0.01),
-        np.log(astray @ color_clear / (r * np.maximum(1, np.count_nonzero(color_clear))) + 0.01),
-        np.log(shade + 0.02),
+        math.log(_lobes(light_gaps, light_clear, LIGHT_LOBES, r) + 0.01),
+        math.log(_lobes(color_gaps, color_clear, COLOR_LOBES, r) + 0.01),
+        math.log(astray @ color_clear / (r * max(1, int(np.count_nonzero(color_clear)))) + 0.01),
+        math.log(shade + 0.02),
         min(1.2, fill * np.pi * r * r / max(1.0, colored_px)),
         seen / RAYS,
         within / 255,
@@ -109,9 +108,9 @@ def _inside(cone):
     ours = look.color.likeness(colors).ravel() > PERHAPS
     count = max(1, np.count_nonzero(ours))
     bright = colors.max(2).ravel() * ours
-    mean = max(1.0, bright.sum() / count)
-    slope = DISC @ (bright - mean * ours).astype(np.float32) / (count * DISC_SPREAD * mean)
-    return np.count_nonzero(ours) / len(ours), 1.7 * float(np.sqrt(slope @ slope))
+    mean = max(1.0, float(bright.sum()) / count)
+    slope = (DISC @ (bright - np.float32(mean) * ours)).tolist()
+    return np.count_nonzero(ours) / len(ours), 1.7 * math.hypot(*slope) / (count * DISC_SPREAD * mean)
 
 
 def _lobes(gaps, clear, most, r):
@@ -120,8 +119,8 @@ def _lobes(gaps, clear, most, r):
     count = np.count_nonzero(near)
     if count < FEW_RAYS:
         return USUAL_LOBES
-    heights = ((gaps - gaps[near].mean()) * near) @ WAVES
-    return np.sqrt(2 * heights @ heights) / (count * r)
+    heights = ((gaps - gaps @ near / count) * near) @ WAVES
+    return math.sqrt(2 * heights @ heights) / (count * r)
 
 
 def ranking(things: list[Thing]) -> list[tuple[Thing, float]]:

@@ -22,12 +22,15 @@ QUIET = 40  # variance round the ball, of light or one of the two of colour, fro
 GATE, FLOOR = 2.5, 0.05  # how soon a place where the ball's colour ends counts fully, and the least that a place counts
 
 STILL = np.zeros(3)
+ALL = np.ones(RAYS, bool)
+SUM = np.ones((3, 1))
 LIGHT = (255 * (np.arange(256) / 255.0) ** 2.2).astype(np.float32)  # a lens's blur mixes light, not stored values
 LUMA = np.array([[0.114, 0.587, 0.299]], np.float32)
 CHROMA = np.arange(-128, 128).astype(np.float32) * 0.3  # JPEG's blur mixes stored colours, and widely: they count less
 ANGLE = np.arange(RAYS) * (2 * np.pi / RAYS)
 RING = np.stack([np.cos(ANGLE), np.sin(ANGLE)], 1)[:, None]
 COS, SIN = RING[..., 0].astype(np.float32), RING[..., 1].astype(np.float32)
+EACH = np.ones(SAMPLES, np.float32)
 SPAN = np.linspace(-1, 1, SAMPLES, dtype=np.float32)
 END = SAMPLES // 4
 ENDS = np.repeat([1.0 / END, 0, -1.0 / END], [END, SAMPLES - 2 * END, END]).astype(np.float32)  # inner end less outer
@@ -54,8 +57,10 @@ class Look:
         self.off = np.float32(band) * SPAN
         radii = np.float32(r) + self.off
         self.x, self.y = COS * radii + np.float32(u - self.left), SIN * radii + np.float32(v - self.top)
-        x, y = self.x[:, SAMPLES // 2], self.y[:, SAMPLES // 2]
-        self.seen = (x > 0.5) & (y > 0.5) & (x < self.patch.shape[1] - 1.5) & (y < self.patch.shape[0] - 1.5)
+        self.seen = ALL
+        if not (r + 1 < u < image.shape[1] - r - 2 and r + 1 < v < image.shape[0] - r - 2):
+            x, y = self.x[:, SAMPLES // 2], self.y[:, SAMPLES // 2]
+            self.seen = (x > 0.5) & (y > 0.5) & (x < self.patch.shape[1] - 1.5) & (y < self.patch.shape[0] - 1.5)
 
     def sampled(self, picture: np.ndarray) -> np.ndarray:
         """The picture at every place of every ray, shape (RAYS, SAMPLES, 3)."""
@@ -95,13 +100,13 @@ class Look:
         picture[..., 0] = cv2.transform(cv2.LUT(self.patch, LIGHT), LUMA)
         light = self.sampled(picture)
         change = ENDS @ light
-        contrast = (change * change).sum(1)
+        contrast = np.square(change) @ EACH[:3]
         if quiet:
             change *= QUIET / (QUIET + light[:, -END:].mean(1).var(0))
         profile = (light @ change[:, :, None])[..., 0]  # its scale does not matter
         fall = np.maximum(profile[:, :-2] - profile[:, 2:], 0)
-        fall *= fall * fall * gate
-        off = (fall @ self.off[1:-1]) / (fall.sum(1) + 1e-6)
+        fall *= np.square(fall) * gate
+        off = (fall @ self.off[1:-1]) / (fall @ EACH[1:-1] + 1e-6)
         return off, (self.seen & (contrast > CLEAR)) * contrast / (contrast + HALF)
 
     @cached_property
@@ -114,9 +119,8 @@ class Look:
     def rays(self, off: np.ndarray) -> np.ndarray:
         """Unit vectors from the camera through the places this far beyond the circle, shape (RAYS, 3)."""
         pixels = RING * (self.r + off)[:, None, None] + (self.u, self.v)
-        rays = np.ones((RAYS, 3))
-        rays[:, :2] = cv2.undistortPoints(pixels, *self.camera)[:, 0]
-        return rays / np.sqrt((rays * rays).sum(1))[:, None]
+        rays = cv2.convertPointsToHomogeneous(cv2.undistortPoints(pixels, *self.camera))[:, 0]
+        return rays / np.sqrt(np.square(rays) @ SUM)
 
     def pixel(self, ray: np.ndarray) -> tuple[float, float]:
         """Where a ray from the camera, shape (3,), of any length, is seen: the other way round."""

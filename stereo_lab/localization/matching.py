@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -117,10 +118,10 @@ def size_errors(
     radius = max(left.radius_px, right.radius_px)
     if abs(centers[0][1] - centers[1][1]) > max(ROW_PX, ROW_OF_RADIUS * radius):
         return None
-    point = calibration.triangulate(*centers)[0]
-    if not (np.isfinite(point).all() and point[2] > 0):
+    point = calibration.triangulate(*centers)[0].tolist()
+    distance, errors = math.hypot(*point), []
+    if not (math.isfinite(distance) and point[2] > 0):
         return None
-    distance, errors = float(np.linalg.norm(point)), []
     for ball, side in ((left, "left"), (right, "right")):
         off = abs(distance * _nearness(calibration, diameter_mm, ball, side) - 1)
         if off > _room(ball):

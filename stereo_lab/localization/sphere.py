@@ -13,7 +13,7 @@ import numpy as np
 
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.detection import Detection
-from stereo_lab.detection.cone import LIMIT, LIMIT_PX, SCATTERED, Cone, middle_of, spread_px
+from stereo_lab.detection.cone import LIMIT, LIMIT_PX, SCATTERED, Cone, spread_px, tukey
 
 CLEAN = 0.9  # so much of each rim on its cone: the ball that fits both has the cones' disparity to 0.01 px
 SIZE_SIGMA_PX = 0.12  # blur and sharpening move the rim: so much may the ball's radius differ between the pictures
@@ -99,9 +99,9 @@ def _by_edges(cone):
     def told(axis):
         gap = 1 - rays @ axis
         px = cone.look.r / (axis @ axis - 1)  # a change of a'·ray in pixels
-        middle = middle_of(np.abs(px * gap[clear]))
+        middle = float(np.median(np.abs(px * gap[clear])))
         limit = max(LIMIT_PX, LIMIT * cone.look.r, SCATTERED * middle)
-        counts = cone.weights * np.maximum(1 - (px * gap / limit) ** 2, 0) ** 2
+        counts = cone.weights * tukey(px * gap, limit)
         weighed = (counts * (px / spread_px(middle)) ** 2)[:, None] * rays
         return rays.T @ weighed, gap @ weighed
 

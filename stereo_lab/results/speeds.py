@@ -24,7 +24,7 @@ from stereo_lab.results.evaluation import clutter_of, color_of, is_hit
 
 Report = Callable[[str, int, int], object]
 STEPS = ("rectify", "HLS bounds", "blur", "Hough")
-LOOKS = 3  # everything is timed so often; the fastest time counts
+LOOKS = 5  # everything is timed so often; the fastest time counts
 PICTURES = 60  # of a set, evenly chosen
 OFF = 0.5  # radii from the ball to where it is expected, in a set that is no film
 FILM = "track"  # the set whose pictures follow one another: each is fed what was found in the one before
