@@ -16,6 +16,7 @@ from stereo_lab.common.vectors import cross
 from stereo_lab.errors import StereoLabError
 
 STEPS = 12
+TINY = 1e-9  # where a fit needs a sample, it is infinitely far off one without it
 HUBER = 2.5  # standard deviations beyond which a sample counts less
 
 
@@ -58,7 +59,8 @@ class RigidFit:
     residuals_mm : ndarray, shape (N, 3), fit minus sample
     scale : float, 1 unless it was free
     gain : ndarray, shape (7, N, 3), by how much the fit's turn (radians), shift (mm) and scale change with each sample
-    scale_sigma : float, standard deviation of the scale; 0 where it was held
+    scale_sigma : float, standard deviation of the scale, by the samples' sigmas or by how much it changes when one sample
+        after another is left out (the jackknife), whichever is more; 0 where it was held
     """
 
     rotation: np.ndarray
@@ -102,7 +104,8 @@ class RigidFit:
             step = np.einsum("kni,ni->k", gain, away)
             rotation, shift, scale = cv2.Rodrigues(step[:3])[0] @ rotation, shift + step[3:6], scale + step[6]
         residuals = scale * camera @ rotation.T + shift - bench
-        return cls(rotation, shift, residuals, float(scale), gain, float(np.sqrt(variance[6, 6])))
+        sigma_of_scale = max(np.sqrt(variance[6, 6]), _jackknife(gain, _slopes(camera, rotation, scale), residuals))
+        return cls(rotation, shift, residuals, float(scale), gain, float(sigma_of_scale))
 
     def predict(self, camera_Nx3: ArrayLike) -> np.ndarray:
         """Points of the rectified left camera on the bench, shape (N, 3), mm."""
@@ -137,6 +140,14 @@ def _gain(camera, bench, sigma, rotation, shift, scale, free_scale):
     variance = np.zeros((7, 7))
     variance[free, free] = np.linalg.inv((pulls @ slopes).sum(0)[free, free])
     return np.einsum("kl,nli->kni", variance, pulls), variance, away
+
+
+def _jackknife(gain, slopes, residuals):
+    """Standard deviation of the scale as leaving out one sample after another shows it; to first order, without new fits."""
+    count, leverage = len(residuals), slopes @ gain.transpose(1, 0, 2)
+    alone = np.linalg.solve((1 + TINY) * np.eye(3) - leverage, residuals[:, :, None])[..., 0]  # off a fit without them
+    moves = (gain[6] * alone).sum(1)
+    return np.sqrt((count - 1) / count) * np.linalg.norm(moves - moves.mean())
 
 
 def _slopes(camera, rotation, scale):

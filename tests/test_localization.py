@@ -13,6 +13,7 @@ from conftest import ROOT
 from stereo_lab.detection import BallDetector, Detection
 from stereo_lab.errors import StereoLabError
 from stereo_lab.localization import Localizer, disparities, doubt, find_pair, matching, ours, paper, sphere
+from stereo_lab.position import RigidFit
 from stereo_lab.recording import open_recording
 from stereo_lab.results import evaluation, figures, report
 from tests.written import assert_as_written
@@ -260,6 +261,41 @@ def test_a_less_sure_centre_makes_a_less_sure_place(bench_calibration, by_cone):
     assert less[2] > 3 * sure[2] and less[0] > sure[0]
     untold = by_cone.position(*(replace(d, sigma_px=None) for d in (left, right))).sigma_mm
     assert untold == pytest.approx(by_cone.position(*(replace(d, sigma_px=0.03) for d in (left, right))).sigma_mm)
+
+
+@pytest.mark.parametrize(("wrong", "way"), [(1.006, "longer"), (0.994, "shorter")])
+def test_samples_that_contradict_the_squares_are_believed_and_it_is_said(bench, bench_calibration, wrong, way):
+    """Squares told 0.6 % wrong move the cameras apart by as much; the samples give it back, to what they know of it."""
+    told = replace(bench_calibration, translation_mm=bench_calibration.translation_mm / wrong)
+    fitted = Localizer.fit(bench, calibration=told).way
+    assert fitted.rigid.scale == pytest.approx(wrong, abs=3 * fitted.rigid.scale_sigma) and fitted.rigid.scale != 1
+    assert f"% {way} than they were said" in fitted.squares_told and "standard deviations" in fitted.squares_told
+
+
+def test_a_few_samples_do_not_speak_against_the_squares(by_cone):
+    """Right squares stay, also where three samples alone, 5 mm beside their places, would have them longer."""
+    assert by_cone.way.rigid.scale == 1 and by_cone.way.squares_told == ""
+    rng = np.random.default_rng(6)
+    camera = rng.uniform((-200, -150, 700), (200, 150, 1500), (14, 3))
+    sigma, measured = np.full((14, 3), 0.6), camera + rng.normal(0, 0.3, (14, 3))
+    assert doubt.fit_bench(camera, 1.006 * measured, sigma).scale == pytest.approx(1.006, abs=0.002)
+    widest = np.argsort(-np.abs(camera[:, 0]))[:3]
+    measured[widest, 0] += 5 * np.sign(camera[widest, 0])
+    assert RigidFit.fit(camera, measured, sigma, free_scale=True).scale > 1.002
+    assert doubt.fit_bench(camera, measured, sigma).scale == 1
+
+
+def test_what_one_sample_does_to_the_scale_is_what_a_fit_without_it_gives():
+    """The jackknife to first order against fits without each sample, where errors are larger than they are said to be."""
+    rng = np.random.default_rng(5)
+    camera = rng.uniform((-200, -150, 700), (200, 150, 1500), (14, 3))
+    measured, sigma = camera + rng.normal(0, 1, (14, 3)), np.full((14, 3), 0.6)
+    told = RigidFit.fit(camera, measured, sigma, free_scale=True).scale_sigma
+    without = [
+        RigidFit.fit(*(np.delete(a, k, 0) for a in (camera, measured, sigma)), free_scale=True).scale for k in range(14)
+    ]
+    assert told == pytest.approx(np.sqrt(13 * np.var(without)), rel=0.15)
+    assert RigidFit.fit(camera, measured, sigma).scale_sigma == 0
 
 
 def test_a_ball_marks_its_own_colour_where_its_name_misses_some(bench, bench_calibration, monkeypatch):

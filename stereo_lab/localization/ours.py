@@ -74,6 +74,18 @@ class ConeWay:
             tuple(missed),
         )
 
+    @property
+    def squares_told(self) -> str:
+        """That the samples contradict the squares' length, by how much and how surely; empty where they do not."""
+        off = self.rigid.scale - 1
+        if off == 0:
+            return ""
+        return (
+            f"By the measured samples the board's squares are {abs(off):.2%} {'longer' if off > 0 else 'shorter'} than they "
+            f"were said to be ({abs(off) / self.rigid.scale_sigma:.1f} standard deviations): all places are taken that much "
+            f"{'larger' if off > 0 else 'smaller'}. Measure the whole board with a ruler."
+        )
+
     def detect(
         self, left: np.ndarray, right: np.ndarray, near: tuple[Detection, Detection] | None = None
     ) -> tuple[Detection, Detection] | None:

@@ -26,7 +26,7 @@ class PaperWay:
     detector : BallDetector, for both cameras
     x_line, y_line : LineFit, Eq. 2 and 1: millimetres from the left rectified pixel
     depth : PaperDepth, Eq. 4: millimetres from the disparity
-    color_told : str, always empty: Algorithm 1 takes the bounds that it is given
+    color_told, squares_told : str, always empty: Algorithm 1 takes the bounds that it is given, and Eq. 4 takes any length
     """
 
     calibration: StereoCalibration
@@ -35,6 +35,7 @@ class PaperWay:
     y_line: LineFit
     depth: PaperDepth
     color_told: ClassVar[str] = ""
+    squares_told: ClassVar[str] = ""
 
     @classmethod
     def fit(

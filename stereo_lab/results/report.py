@@ -75,7 +75,8 @@ def sentences(results: Results) -> list[str]:
     """What the numbers mean, plainly."""
     facts = results.facts()
     said = [f"Calibration: {facts['calibration']['verdict']}. {facts['calibration']['reasons'][0]}"]
-    said += [told for told in (localizer.way.color_told for localizer in results.localizers.values()) if told]
+    ways = [localizer.way for localizer in results.localizers.values()]
+    said += [told for way in ways for told in (way.color_told, way.squares_told) if told]
     if results.failed:
         said.append(f"The paper's way cannot be fitted on this recording. {results.failed['paper']}")
     volume = {m: ((facts["evaluation"] or {}).get(m) or {}).get("volume") for m in ("paper", "cone")}
