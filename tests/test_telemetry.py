@@ -176,6 +176,14 @@ def test_a_broker_that_is_not_there_stops_nothing(tmp_path):
     told.close()
 
 
+def test_without_its_package_it_says_how_this_python_gets_it(monkeypatch):
+    """Not the kit's own name, which a package index does not know; and by this very Python, not by another one."""
+    monkeypatch.setitem(sys.modules, "paho.mqtt.client", None)
+    with pytest.raises(StereoLabError) as told:
+        Watch("127.0.0.1")
+    assert str(told.value).endswith(f'{sys.executable} -m pip install "paho-mqtt>=2.1"')
+
+
 def test_a_password_is_asked_for_and_taken_from_the_environment(tmp_path):
     passwords = tmp_path / "passwords"
     maker = shutil.which("mosquitto_passwd")

@@ -173,7 +173,7 @@ def run_render(options: argparse.Namespace) -> int:
         import record
     except ModuleNotFoundError as error:
         raise StereoLabError(
-            f"Rendering needs {error.name}, which is an extra: .venv/bin/python -m pip install mitsuba==3.9.1"
+            f"Rendering needs {error.name}, which is an extra: {sys.executable} -m pip install mitsuba==3.9.1"
         ) from None
     out = Path(options.out) if options.out else REPOSITORY / "data" / Path(options.name).stem
     with Progress() as progress:

@@ -10,6 +10,7 @@ import json
 import os
 import re
 import socket
+import sys
 import threading
 import time
 from collections import deque
@@ -66,7 +67,7 @@ class _Link:
             from paho.mqtt.client import CallbackAPIVersion, Client
         except ImportError:
             raise StereoLabError(
-                'MQTT needs one more package: python -m pip install "stereo_lab[live]", or paho-mqtt alone.'
+                f'MQTT needs one more package: {sys.executable} -m pip install "paho-mqtt>=2.1"'
             ) from None
         tls = settings.get(TLS, "")
         self.host, self.port = address(broker, bool(tls))
