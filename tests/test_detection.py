@@ -11,7 +11,7 @@ import pytest
 from conftest import ROOT
 from stereo_lab.calibration import calibrate_recording, homography
 from stereo_lab.common.files import read_table
-from stereo_lab.detection import HUES, BallColor, BallDetector, Detection, candidates, cone, hough, judge
+from stereo_lab.detection import BALL, HUES, BallColor, BallDetector, Detection, candidates, cone, hough, judge
 from stereo_lab.detection.detector import unsure
 from stereo_lab.detection.outline import ANGLE, RAYS, Look
 from stereo_lab.detection.weights import FILE, SHIPPED
@@ -195,7 +195,8 @@ def test_a_ball_that_jumped_is_followed(radii):
     detector = BallDetector("red", "cone", CAMERA)
     image, _ = draw_ball((0, 0, 800))
     ball = detector.detect(image)
-    followed = detector._follow(image, replace(ball, u=ball.u + radii * ball.radius_px, score=0.9))
+    followed, enough = detector._follow(image, replace(ball, u=ball.u + radii * ball.radius_px, score=0.9))
+    assert enough
     assert (followed.u, followed.v) == pytest.approx((ball.u, ball.v), abs=0.03)
 
 
@@ -225,18 +226,35 @@ def test_a_flat_disc_is_not_followed_for_long():
     ):
         seen, near = 0, start
         while near is not None and seen < 60:
-            near = detector._follow(picture, near)
+            near, _ = detector._follow(picture, near)
             seen += near is not None
         assert least <= seen <= most
+
+
+def test_what_is_no_ball_by_itself_is_followed_only_where_no_ball_is_seen(monkeypatch):
+    """Two balls, the one that was followed now speaks a little against itself: the belief carries it, but not past the other."""
+    doubted, place = draw_ball((-100, -60, 800))
+    other, other_place = draw_ball((100, 60, 800))
+    detector, half = BallDetector("red", "cone", CAMERA), doubted.shape[1] // 2
+    near = replace(detector.detect(doubted), score=0.82)
+    both = np.hstack([doubted[:, :half], other[:, half:]])
+
+    def doubting(cone, *given):
+        thing = judge.judge(cone, *given)
+        return thing._replace(logit=-1.0) if cone.u < half else thing
+
+    monkeypatch.setattr("stereo_lab.detection.detector.judge", doubting)
+    assert math.dist(detector.detect(both, near).center_px, other_place) < 0.3
+    alone = detector.detect(doubted, near)
+    assert math.dist(alone.center_px, place) < 0.3 and BALL < alone.score < near.score
 
 
 def test_a_thing_of_another_size_is_not_followed():
     image, _ = draw_ball((0, 0, 800))
     ball = BallDetector("red", "cone", CAMERA).detect(image)
     for share in (0.5, 2.0):
-        assert (
-            BallDetector("red", "cone", CAMERA)._follow(image, replace(ball, radius_px=share * ball.radius_px)) is None
-        )
+        expected = replace(ball, radius_px=share * ball.radius_px)
+        assert BallDetector("red", "cone", CAMERA)._follow(image, expected) == (None, False)
 
 
 def test_the_papers_score_is_its_share_of_votes():

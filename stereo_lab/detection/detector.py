@@ -71,11 +71,13 @@ class BallDetector:
     def first(self, image: np.ndarray, near: Detection | None = None) -> Detection | None:
         """The same at first sight, however much its edge scatters."""
         image = check_image(image)
-        followed = None if near is None else self._follow(image, near)
-        if followed is not None:
+        followed, enough = (None, False) if near is None else self._follow(image, near)
+        if enough:
             return followed
         best = next(iter(self.candidates(image, 1)), None)
-        return best if best is not None and (best.score >= BALL or self.best_guess) else None
+        if best is not None and best.score >= BALL:
+            return best
+        return followed or (best if self.best_guess else None)
 
     def again(self, image: np.ndarray, ball: Detection) -> Detection:
         """A ball's edge anew, by what is quiet round it; the ball as it was where that tells less."""
@@ -146,21 +148,22 @@ class BallDetector:
         return found
 
     def _follow(self, image, near):
-        """Of the patches round a prediction the nearest of the right size; then its edge."""
+        """Of the patches round a prediction the nearest of the right size, then its edge: the ball or None, and whether that is enough.
+
+        It is not where the evidence alone, without the belief of before, speaks against a ball: then a better one may be elsewhere.
+        """
         r = near.radius_px
         places = (self._patch_near(image, near, reach * r + 8) for reach in REACHES)
         place = next((found for found in places if found is not None), None)
         cone = None if place is None else self._quick(image, (*place[:2], r), "light")
         if cone is None or abs(cone.radius_px - r) > RESIZED * r + RESIZED_PX:
-            return None
+            return None, False
         if cone.on >= CERTAIN and near.score * FADES > ASKED:
-            return _detection(cone, near.score * FADES)
+            return _detection(cone, near.score * FADES), True
         belief = min(MOST_BELIEF, max(1 - MOST_BELIEF, near.score))
-        logit = (
-            KEPT * math.log(belief / (1 - belief))
-            + (1 - KEPT) * judge(cone, np.pi * place[2] ** 2, self.color.weights).logit
-        )
-        return None if logit < 0 else _detection(cone, _probability(logit))
+        evidence = judge(cone, np.pi * place[2] ** 2, self.color.weights).logit
+        logit = KEPT * math.log(belief / (1 - belief)) + (1 - KEPT) * evidence
+        return (None, False) if logit < 0 else (_detection(cone, _probability(logit)), evidence >= 0)
 
     def _patch_near(self, image, near, reach):
         """The patch of the right size nearest to a prediction."""
