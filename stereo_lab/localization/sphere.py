@@ -17,7 +17,7 @@ from stereo_lab.detection.cone import LIMIT, LIMIT_PX, SCATTERED, Cone, spread_p
 
 CLEAN = 0.9  # so much of each rim on its cone: the ball that fits both has the cones' disparity to 0.01 px
 SIZE_SIGMA_PX = 0.12  # blur and sharpening move the rim: so much may the ball's radius differ between the pictures
-CONTRADICT = 6.0  # squared, in standard deviations, two of them free: of cones without a fault one pair in twenty
+CONTRADICT = 2.0  # squared, in standard deviations, two of them free: of cones without a fault one pair in three
 ROUNDS, ENOUGH_MM = 10, 0.03  # a tenth of what is known best
 TINY = 1e-12
 EYE, DAMPING = np.eye(3), TINY * np.eye(5)
