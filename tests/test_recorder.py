@@ -401,6 +401,11 @@ def test_a_recording_that_was_begun_knows_its_board(films, folder, third_rig, ca
     assert cli.main(words) == 0
     assert cli.main([*words, "--board", "9x6"]) == 2
     assert f"was begun with a {third_rig.board}" in capsys.readouterr().err
+    same, ball = ["--ball-color", third_rig.ball.color, "--ball-mm", f"{third_rig.ball.diameter_mm:g}"], third_rig.ball
+    assert cli.main([*words, *same]) == 0 and open_recording(folder.path).ball == ball
+    assert cli.main([*words, "--ball-color", "yellow", "--ball-mm", "60"]) == 2
+    assert f"begun with a {ball.color} ball of {ball.diameter_mm:g} mm; this is a yellow one" in capsys.readouterr().err
+    assert open_recording(folder.path).ball == ball
 
 
 @pytest.mark.parametrize(

@@ -278,8 +278,8 @@ def _parser():
         help="columns x rows: of a chessboard its inner corners, of a ChArUco board its squares (9x6, or that of the recording)",
     )  # fmt: skip
     _add_board(record)
-    record.add_argument("--ball-color", default="red", metavar="NAME")
-    record.add_argument("--ball-mm", default="40", metavar="MM", help="diameter of the ball (default: %(default)s)")
+    record.add_argument("--ball-color", metavar="NAME", help="of the ball (red, or that of the recording)")
+    record.add_argument("--ball-mm", metavar="MM", help="diameter of the ball (40, or that of the recording)")
     record.add_argument(
         "--set", choices=("calibration", "position", "depth"), default="calibration", dest="set_name",
         help="boards, or the ball at places whose x, y and depth in mm are typed in, a line each",

@@ -152,12 +152,18 @@ def run_record(options: argparse.Namespace) -> int:
     from stereo_lab.recording.bounds import color_name, length_mm
 
     begun = open_recording(options.out) if (Path(options.out) / "recording.json").is_file() else None
-    if begun is not None and options.board is None:
-        board, ball = begun.board, begun.ball
-    else:
-        options.board = options.board or "9x6"
-        board = board_of_option(options)
-        ball = Ball(color_name(options.ball_color, "--ball-color"), length_mm(options.ball_mm, "--ball-mm"))
+    options.board = options.board or (None if begun else "9x6")
+    board = begun.board if begun and options.board is None else board_of_option(options)
+    known = Ball("red", 40.0) if begun is None else begun.ball
+    ball = Ball(
+        known.color if options.ball_color is None else color_name(options.ball_color, "--ball-color"),
+        known.diameter_mm if options.ball_mm is None else length_mm(options.ball_mm, "--ball-mm"),
+    )
+    if ball != known and begun:
+        raise StereoLabError(
+            f"{options.out} was begun with a {known.color} ball of {known.diameter_mm:g} mm; this is a {ball.color} one of "
+            f"{ball.diameter_mm:g} mm. Change it in {Path(options.out) / 'recording.json'}, or name another folder."
+        )
     source = _two_cameras(options, (640, 480) if begun is None else begun.image_size)
     with source, Recorder(Folder(options.out, source.size, board, ball), board) as recorder:
         for sentence in source.lock():
