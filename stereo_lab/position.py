@@ -16,7 +16,7 @@ from stereo_lab.common.vectors import cross
 from stereo_lab.errors import StereoLabError
 
 STEPS = 12
-TINY = 1e-9  # where a fit needs a sample, it is infinitely far off one without it
+TINY = 1e-9  # keeps the equations solvable where a fit needs every sample
 HUBER = 2.5  # standard deviations beyond which a sample counts less
 
 
@@ -104,8 +104,11 @@ class RigidFit:
             step = np.einsum("kni,ni->k", gain, away)
             rotation, shift, scale = cv2.Rodrigues(step[:3])[0] @ rotation, shift + step[3:6], scale + step[6]
         residuals = scale * camera @ rotation.T + shift - bench
-        sigma_of_scale = max(np.sqrt(variance[6, 6]), _jackknife(gain, _slopes(camera, rotation, scale), residuals))
-        return cls(rotation, shift, residuals, float(scale), gain, float(sigma_of_scale))
+        scale_sigma = 0.0
+        if free_scale:
+            by_samples = _jackknife(gain, _slopes(camera, rotation, scale), residuals)
+            scale_sigma = float(max(np.sqrt(variance[6, 6]), by_samples))
+        return cls(rotation, shift, residuals, float(scale), gain, scale_sigma)
 
     def predict(self, camera_Nx3: ArrayLike) -> np.ndarray:
         """Points of the rectified left camera on the bench, shape (N, 3), mm."""

@@ -18,7 +18,7 @@ from stereo_lab.capture.coverage import Coverage
 from stereo_lab.capture.folder import BOARDS, Folder
 from stereo_lab.capture.glance import Glance, glance
 from stereo_lab.errors import RecordingError
-from stereo_lab.recording import Ball, Board, Recording
+from stereo_lab.recording import USUAL_BALL, Ball, Board, Recording
 from stereo_lab.recording.video import count_frames, read_timed
 
 STEP_S = 0.02  # films are compared at so many moments a second
@@ -189,7 +189,7 @@ def import_films(
             "The board never rests before both cameras: hold it still for a second at each of twenty places."
         )
     size = one.size
-    with Folder(out, size, board, ball or Ball("red", 40.0)) as folder:
+    with Folder(out, size, board, ball or USUAL_BALL) as folder:
         pictures = zip(_some(left, [k for k, _ in chosen]), _some(right, [k for _, k in chosen]), strict=True)
         for done, (left_image, right_image) in enumerate(pictures, 1):
             folder.add_pair(BOARDS, left_image, fitted(right_image, size))

@@ -148,13 +148,13 @@ def board_of_option(options: argparse.Namespace) -> Board:
 def run_record(options: argparse.Namespace) -> int:
     """Record with two cameras until Ctrl-C. The exit code is OK, also where nothing new was taken."""
     from stereo_lab.capture import Folder, Recorder
-    from stereo_lab.recording import Ball, open_recording
+    from stereo_lab.recording import USUAL_BALL, Ball, open_recording
     from stereo_lab.recording.bounds import color_name, length_mm
 
     begun = open_recording(options.out) if (Path(options.out) / "recording.json").is_file() else None
     options.board = options.board or (None if begun else "9x6")
     board = begun.board if begun and options.board is None else board_of_option(options)
-    known = Ball("red", 40.0) if begun is None else begun.ball
+    known = begun.ball if begun else USUAL_BALL
     ball = Ball(
         known.color if options.ball_color is None else color_name(options.ball_color, "--ball-color"),
         known.diameter_mm if options.ball_mm is None else length_mm(options.ball_mm, "--ball-mm"),

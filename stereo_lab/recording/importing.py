@@ -20,7 +20,7 @@ from stereo_lab.recording.bounds import color_name
 from stereo_lab.recording.model import Recording
 from stereo_lab.recording.opening import open_recording
 from stereo_lab.recording.pictures import PICTURES, read_image
-from stereo_lab.recording.sample import Ball, Board
+from stereo_lab.recording.sample import USUAL_BALL, Ball, Board
 
 
 def import_images(
@@ -112,7 +112,7 @@ def camera_facts(title: str, size: tuple[int, int], board: Board, ball: Ball) ->
 def _imported(halves, board, out, ball):
     """A recording of pairs of files, or of pairs of halves."""
     size = _one_size([picture for pair in halves for picture in pair])
-    _build_whole(out, halves, camera_facts(out.name, size, board, ball or Ball("red", 40.0)))
+    _build_whole(out, halves, camera_facts(out.name, size, board, ball or USUAL_BALL))
     return open_recording(out.resolve())
 
 

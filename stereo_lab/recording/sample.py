@@ -104,6 +104,9 @@ class Ball:
         length_mm(self.diameter_mm, "ball diameter_mm")
 
 
+USUAL_BALL = Ball("red", 40.0)  # the bench's, where no other one is told
+
+
 @dataclass(frozen=True)
 class Position:
     """Where the ball's centre is, on the bench.
