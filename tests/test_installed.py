@@ -16,9 +16,9 @@ import pytest
 
 from conftest import ROOT
 from stereo_lab.cli import course, main
+from stereo_lab.common.packages import find_pip
 from stereo_lab.errors import RecordingError
 from stereo_lab.recording import open_recording, places
-from stereo_lab.seats.wheels import find_pip
 from tests.test_browser import free_port
 
 RUN = """import json, sys, nbformat

@@ -188,13 +188,6 @@ def test_no_such_computer(system, python):
         Target(system, python)
 
 
-def test_without_a_pip(monkeypatch):
-    monkeypatch.setattr(wheels.importlib.util, "find_spec", lambda _: None)
-    monkeypatch.setattr(sys, "_base_executable", shutil.which("false"), raising=False)
-    with pytest.raises(StereoLabError, match="pip is missing"):
-        wheels.find_pip()
-
-
 class Proxy(http.server.BaseHTTPRequestHandler):
     """A school's proxy: it alone reaches the package index, and knows who was asked for."""
 

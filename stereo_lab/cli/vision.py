@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 from stereo_lab.cli.terminal import OK, WANTING, Progress, write_json_option
+from stereo_lab.common.packages import to_install
 from stereo_lab.errors import StereoLabError
 
 FRAMES_LEARNED = 60  # of a video: enough that some show the ball clearly
@@ -173,7 +174,7 @@ def run_render(options: argparse.Namespace) -> int:
         import record
     except ModuleNotFoundError as error:
         raise StereoLabError(
-            f"Rendering needs {error.name}, which is an extra: {sys.executable} -m pip install mitsuba==3.9.1"
+            f"Rendering needs {error.name}, which is an extra: {to_install('mitsuba==3.9.1')}"
         ) from None
     out = Path(options.out) if options.out else REPOSITORY / "data" / Path(options.name).stem
     with Progress() as progress:

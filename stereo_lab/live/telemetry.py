@@ -10,7 +10,6 @@ import json
 import os
 import re
 import socket
-import sys
 import threading
 import time
 from collections import deque
@@ -18,6 +17,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from stereo_lab.common.packages import to_install
 from stereo_lab.errors import StereoLabError
 
 PORT, TLS_PORT, TOPIC = 1883, 8883, "stereo_lab"
@@ -66,9 +66,7 @@ class _Link:
         try:
             from paho.mqtt.client import CallbackAPIVersion, Client
         except ImportError:
-            raise StereoLabError(
-                f'MQTT needs one more package: {sys.executable} -m pip install "paho-mqtt>=2.1"'
-            ) from None
+            raise StereoLabError(f"MQTT needs one more package: {to_install('paho-mqtt>=2.1')}") from None
         tls = settings.get(TLS, "")
         self.host, self.port = address(broker, bool(tls))
         self.client = Client(CallbackAPIVersion.VERSION2)

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import platform
 import subprocess
 import sys
@@ -17,6 +16,7 @@ from pathlib import Path
 from packaging.requirements import Requirement
 
 from stereo_lab.common.files import read_text, write_json
+from stereo_lab.common.packages import find_pip
 from stereo_lab.errors import StereoLabError
 
 MANIFEST = "wheels.json"  # lab.py reads it: for which computers, and which files of what size
@@ -173,19 +173,3 @@ def _download(pip, out, target, micro, lines):
         last = next((line for line in reversed(said) if line.startswith("ERROR")), said[-1] if said else "")
         told = f"{why}." if last.endswith("Exception:") else f"{why} ({last})"  # the other is the head of a traceback
         raise StereoLabError(f"Cannot fetch all for {target.system}, Python {target.python}: {told} Then run it again: it goes on.")  # fmt: skip
-
-
-def find_pip() -> list[str]:
-    """How pip is run: that of this environment, or of the Python that it was made with.
-
-    Raises
-    ------
-    StereoLabError
-        If there is none.
-    """
-    if importlib.util.find_spec("pip"):
-        return [sys.executable, "-m", "pip"]
-    base = getattr(sys, "_base_executable", sys.executable)  # an environment that uv made has no pip of its own
-    if subprocess.run([base, "-m", "pip", "--version"], capture_output=True).returncode == 0:
-        return [base, "-m", "pip"]
-    raise StereoLabError("pip is missing. Get it with: python -m ensurepip, or on Debian and Ubuntu: sudo apt install python3-pip.")  # fmt: skip
