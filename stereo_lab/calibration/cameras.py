@@ -196,14 +196,13 @@ class StereoCalibration:
         -------
         ndarray, shape (N, 3), mm: X right, Y down, Z forward
         """
-        left, right = (np.asarray(p, float).reshape(-1, 2) for p in (left_Nx2, right_Nx2))
         p1, p2 = self.rectified["left"][1], self.rectified["right"][1]
-        focal = p1[0, 0]
-        disparity = (left[:, 0] - p1[0, 2]) - (right[:, 0] - p2[0, 2])
+        u, v = (np.asarray(left_Nx2, float).reshape(-1, 2) - p1[:2, 2]).T
+        u_right, v_right = (np.asarray(right_Nx2, float).reshape(-1, 2) - p2[:2, 2]).T
         with np.errstate(divide="ignore"):
-            depth = -p2[0, 3] / disparity
-        row = (left[:, 1] + right[:, 1]) / 2
-        return np.column_stack([(left[:, 0] - p1[0, 2]) * depth / focal, (row - p1[1, 2]) * depth / focal, depth])
+            depth = -p2[0, 3] / (u - u_right)
+        ahead = depth / p1[0, 0]
+        return np.array([u * ahead, (v + v_right) / 2 * ahead, depth]).T
 
     def depth_per_px(self, depth_mm: float | np.ndarray) -> float | np.ndarray:
         """Millimetres of depth that one pixel of disparity is worth there: Z² / (f·B)."""

@@ -77,8 +77,7 @@ def place_slopes(points: np.ndarray, rig: Rig) -> np.ndarray:
     by_rig = np.zeros((len(points), 4, CAMERAS))
     by_rig[:, :2, LEFT], by_rig[:, 2:, RIGHT] = left_by_lens, right_by_lens
     by_rig[:, 2:, TURN], by_rig[:, 2:, STEP] = right_by_point @ -cross(turned), right_by_point
-    across = by_point.transpose(0, 2, 1)
-    return -np.linalg.solve(across @ by_point, across @ by_rig)
+    return np.array([-cv2.solve(a, b, flags=cv2.DECOMP_QR)[1] for a, b in zip(by_point, by_rig, strict=True)])
 
 
 def sigmas(slopes: np.ndarray, covariance: np.ndarray) -> np.ndarray:

@@ -20,12 +20,6 @@ MOST_LOOKS = 14  # places that are worth a look
 LEAST_VOTE, RADII = 0.3, 24
 
 
-def smaller(image: np.ndarray, step: int) -> np.ndarray:
-    """Every n-th pixel of every n-th row."""
-    rows = image[::step].copy()  # side by side in the memory they are read twice as fast
-    return cv2.resize(rows, (max(1, image.shape[1] // step), len(rows)), interpolation=cv2.INTER_NEAREST)
-
-
 def above(like: np.ndarray, level: int) -> np.ndarray:
     """1 where the likeness is above a level, else 0."""
     return cv2.threshold(like, level, 1, cv2.THRESH_BINARY)[1]

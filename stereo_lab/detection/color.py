@@ -127,10 +127,10 @@ class BallColor:
         masks = [cv2.inRange(hls, np.array(low), np.array(high)) for low, high in self.ranges]
         return np.bitwise_or.reduce(masks)
 
-    def likeness(self, image: np.ndarray) -> np.ndarray:
-        """How ball-like each pixel's colour is, 0…255, shape (height, width)."""
-        packed = cv2.cvtColor(image, cv2.COLOR_BGR2BGR555).view(np.uint16)[..., 0]  # 15 bits: red, green, blue
-        return self._by_packed.take(packed, mode="wrap")  # nothing lies outside: not to check is faster
+    def likeness(self, image: np.ndarray, step: int = 1) -> np.ndarray:
+        """How ball-like the colour of every so manieth pixel of every so manieth row is, 0…255, shape (rows, columns)."""
+        packed = cv2.cvtColor(image[::step], cv2.COLOR_BGR2BGR555).view(np.uint16)  # 15 bits: red, green, blue
+        return self._by_packed.take(packed[:, ::step, 0], mode="wrap")  # nothing lies outside: not to check is faster
 
     @cached_property
     def _by_packed(self):

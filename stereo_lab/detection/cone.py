@@ -76,21 +76,23 @@ def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
     if count < LEAST_CLEAR * RAYS:
         return None
     rays, used, near = look.rays(off), weights, max(0.6, 0.05 * look.r)
-    and_one = np.ones((RAYS, 4))
-    and_one[:, :3] = rays
-    products = (rays[:, :, None] * and_one[:, None]).reshape(RAYS, 12)
+    and_one = np.ones((4, RAYS))
+    xyz = and_one[:3]
+    xyz[:] = rays.T
+    products = (xyz[:, None] * and_one).reshape(12, RAYS)
     gap, least = np.zeros(RAYS), max(LIMIT_PX, LIMIT * look.r)
     for rounds in range(MOST_ROUNDS):
         before = gap
-        sums = (used @ products).reshape(3, 4)
+        sums = (products @ used).reshape(3, 4)
         axis = cv2.solve(sums[:, :3], sums[:, 3:], flags=cv2.DECOMP_CHOLESKY)[1][:, 0]
         x, y, z = axis.tolist()
         tan2 = x * x + y * y + z * z - 1
         if not tan2 > 1e-8 or z < 0.05:
             return None
-        gap = (1 - rays @ axis) * (look.r / tan2)
+        gap = (1 - axis.dot(xyz)) * (look.r / tan2)
         away = np.abs(gap)
-        order = np.sort(away[clear])
+        order = away[clear]
+        order.sort()
         if rounds == 0 and order[int(ONE_CURVE * count)] > near:
             axis = _best_of_threes(rays[clear], near, look.r)
             away = np.abs(rays @ axis - 1) * (look.r / (axis @ axis - 1))
@@ -110,7 +112,7 @@ def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
 
 def tukey(off: np.ndarray, limit: float) -> np.ndarray:
     """How much each counts that lies so far off: fully at 0, nothing from the limit on."""
-    return np.square(np.maximum(1 - np.square(off / limit), 0))
+    return np.square(np.maximum(1 - np.square(off / limit), 0.0))
 
 
 def spread_px(middle_px: float) -> float:

@@ -109,7 +109,7 @@ class BallDetector:
     def weighed_at(self, image: np.ndarray, circles: Sequence[Circle]) -> list[tuple[Detection, float]]:
         """The same by a long look at some places (u, v, radius), px."""
         step = max(1, round(_least_radius(image) / LONG_STEP))
-        colored = _colored(self.color.likeness(where.smaller(image, step)), step)
+        colored = _colored(self.color.likeness(image, step), step)
         things = self._look_at(image, 1, circles, colored)
         return [(_detection(thing.cone, _probability(thing.logit)), thing.logit) for thing in things]
 
@@ -117,7 +117,7 @@ class BallDetector:
         """Glance at the largest patches; look longer at patches of several levels; vote last."""
         least = _least_radius(image)
         step = max(1, round(least / GLANCE_STEP))
-        like = self.color.likeness(where.smaller(image, step))
+        like = self.color.likeness(image, step)
         colored = _colored(like, step)
         seen: list[Thing] = []
         for u, v, r in where.patches(like, where.SURELY, least / step)[:GLANCES]:
@@ -127,12 +127,11 @@ class BallDetector:
                 if sureness(seen) >= SURE and not everything:
                     return seen
         step = max(1, round(least / LONG_STEP))
-        small = where.smaller(image, step)
-        like = self.color.likeness(small)
+        like = self.color.likeness(image, step)
         places = [place for level in where.LEVELS for place in where.patches(like, level, least / step)]
         seen += self._look_at(image, step, where.promising(like, places), colored)
         if everything or sureness(seen) < TRIED:
-            circles = list(where.voted(like, small, least / step))
+            circles = list(where.voted(like, np.ascontiguousarray(image[::step, ::step]), least / step))
             best = circles[:BEST_VOTED] + where.promising(like, circles[BEST_VOTED:])
             seen += self._look_at(image, step, best, colored)
         return seen
@@ -172,18 +171,18 @@ class BallDetector:
         window = image[top : max(0, int(near.v + reach)), left : max(0, int(near.u + reach))]
         if min(window.shape[:2]) < 8:
             return None
-        patches = where.patches(self.color.likeness(where.smaller(window, step)), where.SURELY, 0)
+        patches = where.patches(self.color.likeness(window, step), where.SURELY, 0)
         places = [(left + u * step, top + v * step, size * step) for u, v, size in patches]
         right = [place for place in places if SHRUNK * r < place[2] < GROWN * r]
         return min(right, key=lambda place: math.hypot(place[0] - near.u, place[1] - near.v), default=None)
 
     def _quick(self, image, circle, edge):
-        """One look; wider ones where much of the rim is off the cone, as on a smeared ball; another if it moved far."""
+        """One look; a wider one where much of the rim is off the cone, as on a smeared ball; another if it moved far."""
         cone = self._settle(image, circle, (NARROW,), edge)
         if cone is None:
             return None
         if cone.on < STEADY:
-            wider = self._settle(image, cone.circle, (SMEARED, SMEARED), "ball")
+            wider = self._settle(image, cone.circle, (SMEARED,), "ball")
             return wider if wider is not None and wider.on > cone.on else cone
         moved = _apart(cone.circle, circle)
         return cone if moved < MOVED * cone.outline_px else self._settle(image, cone.circle, (NARROW,), edge) or cone
@@ -216,8 +215,11 @@ class BallDetector:
 
 
 def unsure(ball: Detection) -> bool:
-    """Whether a ball's edge scatters so much that it is worth another look."""
-    return ball.sigma_px is not None and ball.sigma_px > UNSURE * ball.radius_px
+    """Whether a ball's edge scatters so much that it is worth another look; a smeared one's does, however one looks."""
+    if ball.sigma_px is None:
+        return False
+    smeared = ball.cone is not None and ball.cone.look.share == SMEARED and ball.cone.on >= STEADY
+    return not smeared and ball.sigma_px > UNSURE * ball.radius_px
 
 
 def _least_radius(image):

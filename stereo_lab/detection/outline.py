@@ -26,7 +26,9 @@ ALL = np.ones(RAYS, bool)
 SUM = np.ones((3, 1))
 LIGHT = (255 * (np.arange(256) / 255.0) ** 2.2).astype(np.float32)  # a lens's blur mixes light, not stored values
 LUMA = np.array([[0.114, 0.587, 0.299]], np.float32)
-CHROMA = np.arange(-128, 128).astype(np.float32) * 0.3  # JPEG's blur mixes stored colours, and widely: they count less
+RED, BLUE = np.array([[[0, 0, 1]], [[1, 0, 0]]], np.float32)
+CR, CB = np.float32(0.713) * (RED - LUMA), np.float32(0.564) * (BLUE - LUMA)
+CHROMA = 0.3 * np.concatenate([0 * LUMA, CR, CB])  # JPEG's blur mixes stored colours, and widely: they count less
 ANGLE = np.arange(RAYS) * (2 * np.pi / RAYS)
 RING = np.stack([np.cos(ANGLE), np.sin(ANGLE)], 1)[:, None]
 COS, SIN = RING[..., 0].astype(np.float32), RING[..., 1].astype(np.float32)
@@ -34,9 +36,11 @@ EACH = np.ones(SAMPLES, np.float32)
 SPAN = np.linspace(-1, 1, SAMPLES, dtype=np.float32)
 END = SAMPLES // 4
 ENDS = np.repeat([1.0 / END, 0, -1.0 / END], [END, SAMPLES - 2 * END, END]).astype(np.float32)  # inner end less outer
-COUNT = np.arange(SAMPLES).clip(1).astype(np.float32)
-BEFORE = np.triu(np.ones((SAMPLES, SAMPLES), np.float32), 1) / COUNT  # mean of all places before each
-AFTER = np.tril(np.ones((SAMPLES, SAMPLES), np.float32), -1) / COUNT[::-1]
+COUNT = np.arange(SAMPLES, dtype=np.float32).clip(1)
+ONES = np.ones((SAMPLES, SAMPLES), np.float32)
+# From likeness, 0…255, to its mean over all places before and after each one, 0…1; not for the first and the last
+BEFORE = (np.triu(ONES, 1) / COUNT / 255)[:, 1:-1]
+AFTER = (np.tril(ONES, -1) / COUNT[::-1] / 255)[:, 1:-1]
 
 
 class Look:
@@ -88,15 +92,14 @@ class Look:
 
     @cached_property
     def _ends(self):
-        ours = self.like * (1 / 255)
-        return np.clip(GATE * (ours @ BEFORE) * (1 - ours @ AFTER), FLOOR, 1)[:, 1:-1]
+        return np.clip(GATE * (self.like @ BEFORE) * (1 - self.like @ AFTER), FLOOR, 1)
 
     def _edge(self, gate, quiet=False):
         """Each ray is projected on its own change of colour; its edge is the centroid of the cube of the slope.
 
         ``quiet``: light and the two of colour count the less, the more each varies round the ball.
         """
-        picture = cv2.LUT(cv2.cvtColor(self.patch, cv2.COLOR_BGR2YCrCb), CHROMA)
+        picture = cv2.transform(self.patch.astype(np.float32), CHROMA)
         picture[..., 0] = cv2.transform(cv2.LUT(self.patch, LIGHT), LUMA)
         light = self.sampled(picture)
         change = ENDS @ light
