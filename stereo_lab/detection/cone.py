@@ -58,8 +58,9 @@ class Cone(NamedTuple):
         """Standard deviations of each coordinate of the centre, and of the radius."""
         focal, (x, y, z) = float(self.look.camera[0][0, 0]), self.axis.tolist()
         covariance = cv2.invert(self.information, flags=cv2.DECOMP_CHOLESKY)[1]
-        by_u = np.array([[1, 0, -x / z], [x, y, z]])
-        (across, _), (_, along) = (by_u @ covariance @ by_u.T).tolist()
+        (xx, _, xz), _, (_, _, zz) = covariance.tolist()
+        across = xx - 2 * x / z * xz + x * x / (z * z) * zz  # of x/z, times z²
+        along = float(self.axis.dot(covariance).dot(self.axis))
         size = focal * focal / (x * x + y * y + z * z - 1)
         return focal / z * across**0.5, (size * along + SHARPENED_PX**2) ** 0.5
 

@@ -78,11 +78,13 @@ class Doubt:
 
         ``centers_px``: those of the ball's centre in the left and the right picture, px.
         """
+        if self.calibration.covariance is None:
+            return None
         point = np.asarray(point_1x3, float).reshape(1, 3)
         slopes = np.concatenate([_bench_slopes(self.calibration, self.rigid, point), self.rigid.slopes(point)], -1)[0]
         pixels = _by_pixels(self.calibration, self.rigid, point, centers_px)[0]
         variance = ((slopes @ self.covariance) * slopes).sum(1) + (pixels * pixels).sum(1)
-        return None if np.isnan(variance).any() else tuple(np.sqrt(variance).tolist())
+        return tuple(np.sqrt(variance).tolist())
 
 
 def _bench_slopes(calibration, rigid, points):
