@@ -24,15 +24,15 @@ MATRIX = np.array([[600.0, 0, 319.5], [0, 600, 239.5], [0, 0, 1]])
 CAMERA = (MATRIX, np.zeros(5))
 
 
-def draw_ball(center_mm, radius_mm=20.0, scale=6, ground=(190, 190, 190)):
+def draw_ball(center_mm, radius_mm=20.0, scale=6, ground=(190, 190, 190), focal=600, reach_of_radius=1.3):
     """An exactly projected, shaded red ball: every ray that meets the sphere is red. Drawn large round the ball only."""
     center = np.asarray(center_mm, float)
-    pixel = MATRIX[:2] @ (center / center[2])
-    reach = int(1.3 * 600 * radius_mm / center[2]) + 12
+    pixel = focal * center[:2] / center[2] + MATRIX[:2, 2]
+    reach = int(reach_of_radius * focal * radius_mm / center[2]) + 12
     (x0, y0), size = pixel.astype(int) - reach, 2 * reach
     v, u = np.mgrid[: size * scale, : size * scale]
     rays = np.stack(
-        [(x0 + (u + 0.5) / scale - 0.5 - 319.5) / 600, (y0 + (v + 0.5) / scale - 0.5 - 239.5) / 600, np.ones(u.shape)],
+        [(x0 + (u + 0.5) / scale - 320) / focal, (y0 + (v + 0.5) / scale - 240) / focal, np.ones(u.shape)],
         -1,
     )
     along = rays @ center
@@ -64,6 +64,32 @@ def test_near_gives_the_same_as_a_whole_search():
     whole = detector.detect(image)
     again = detector.detect(image, near=whole)
     assert (again.u, again.v) == pytest.approx((whole.u, whole.v), abs=0.03)
+
+
+def test_a_ball_in_the_corner_of_a_wide_picture_is_followed(monkeypatch):
+    """It covers half as much again as its radius in the middle would; that is no other thing."""
+    image, pixel = draw_ball((286, 190, 380), focal=320, reach_of_radius=2.2)
+    detector = BallDetector(
+        "red", "cone", (np.diag([320.0, 320, 1]) + np.pad(MATRIX[:2, 2:], ((0, 1), (2, 0))), np.zeros(5))
+    )
+    found = detector.detect(image)
+    assert found.cone.outline_px > 1.5 * found.radius_px
+    monkeypatch.setattr(BallDetector, "things", None)  # no search
+    followed = detector.detect(image, near=found)
+    assert (followed.u, followed.v) == pytest.approx(pixel, abs=0.1)
+
+
+def test_where_the_edges_do_not_tell_no_centre_is_sure():
+    """All of them on one straight line: many cones go through it, and it hangs on rounding which one comes out."""
+    look = Look(np.zeros((480, 640, 3), np.uint8), BallColor.named("red"), CAMERA, (200, 240, 10.0), 0.3)
+    fitted = []
+    for first in range(RAYS):
+        clear = np.roll(np.arange(RAYS) < 15, first)
+        straight = 6 / np.maximum(np.cos(ANGLE - ANGLE[(first + 7) % RAYS]), 0.1)
+        fitted.append(cone.fit_cone(look, (np.where(clear, straight - 10, 0), clear.astype(float))))
+    sigmas = [found.sigmas_px[0] for found in fitted if found is not None]
+    assert sigmas
+    assert all(isinstance(sigma, float) and sigma > 1 for sigma in sigmas)
 
 
 def test_cone_recovers_an_exact_cone():

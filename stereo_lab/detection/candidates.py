@@ -26,7 +26,7 @@ def above(like: np.ndarray, level: int) -> np.ndarray:
 
 
 def patches(like: np.ndarray, level: int, least: float) -> list[Circle]:
-    """The circle of each large patch of the ball's colour, largest first."""
+    """The circle of each large patch of the ball's colour, in pixels of ``like``, largest first."""
     found = []
     for outline in cv2.findContours(above(like, level), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]:
         sums = cv2.moments(outline)
@@ -57,12 +57,12 @@ def _ball_like(like, circles, spots, radii):
     return (inside & (like[y.clip(0, like.shape[0] - 1), x.clip(0, like.shape[1] - 1)] > PERHAPS)).mean(1)
 
 
-def voted(like: np.ndarray, small: np.ndarray, least: float) -> Iterator[Circle]:
+def voted(like: np.ndarray, thinned: np.ndarray, least: float) -> Iterator[Circle]:
     """Circles by a Hough transform, best first: edges beside the ball's colour vote on its side, one radius away."""
     height, width = like.shape
     beside = cv2.dilate(above(like, PERHAPS), np.ones((5, 5), np.uint8))
     points, directions = [], []
-    for channel in (*cv2.split(cv2.GaussianBlur(small, (3, 3), 0)), like):
+    for channel in (*cv2.split(cv2.GaussianBlur(thinned, (3, 3), 0)), like):
         du, dv = cv2.spatialGradient(channel)
         rows, columns = np.nonzero((cv2.Canny(du, dv, 30, 60) > 0) & (beside > 0))
         places = np.column_stack([columns, rows])

@@ -32,7 +32,7 @@ class Cone(NamedTuple):
     ``u, v``: where its axis, and so the ball's centre, is seen. ``outline_px``: radius of a circle round it that covers as
     much of the picture as the ball. ``radius_px``: f·tan α, what the ball's radius would be in the middle of the picture.
     ``look``; ``off``: how far beyond its circle the edge lies on each ray; ``weights`` of these edges; ``gap``: how far
-    beyond the cone they lie. ``on``: part of the rays whose edge lies on the cone. ``axis``: a', shape (3,).
+    beyond the cone they lie. ``on``: part of the rays in the picture whose edge lies on the cone. ``axis``: a', shape (3,).
     ``information``: how well it is known, the inverse of its covariance, shape (3, 3), by how the edges scatter.
     """
 
@@ -55,14 +55,16 @@ class Cone(NamedTuple):
 
     @property
     def sigmas_px(self) -> tuple[float, float]:
-        """Standard deviations of each coordinate of the centre, and of the radius."""
+        """Standard deviations of the centre's u, taken for v too, and of the radius; where the edges tell nothing, the look's."""
         focal, (x, y, z) = float(self.look.camera[0][0, 0]), self.axis.tolist()
-        covariance = cv2.invert(self.information, flags=cv2.DECOMP_CHOLESKY)[1]
+        told, covariance = cv2.invert(self.information, flags=cv2.DECOMP_CHOLESKY)
         (xx, _, xz), _, (_, _, zz) = covariance.tolist()
         across = xx - 2 * x / z * xz + x * x / (z * z) * zz  # of x/z, times z²
         along = float(self.axis.dot(covariance).dot(self.axis))
+        if not told or across < 0 or along < 0:
+            return self.look.r, self.look.r
         size = focal * focal / (x * x + y * y + z * z - 1)
-        return focal / z * across**0.5, (size * along + SHARPENED_PX**2) ** 0.5
+        return min(focal / z * across**0.5, self.look.r), min((size * along + SHARPENED_PX**2) ** 0.5, self.look.r)
 
 
 def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
@@ -107,7 +109,7 @@ def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
     stretch = ((tan2 + 1) ** 0.5 / z) ** 1.5  # the ellipse is longer away from the middle of the picture
     information = sums[:, :3] * (look.r / tan2 / spread_px(middle)) ** 2
     outline = radius * stretch
-    on = np.count_nonzero((away < max(ON_PX, ON * outline)) & clear) / RAYS
+    on = np.count_nonzero((away < max(ON_PX, ON * outline)) & clear) / max(1, int(np.count_nonzero(look.seen)))
     return Cone(u, v, outline, radius, look, off, weights, gap, on, axis, information)
 
 

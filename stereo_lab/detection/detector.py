@@ -150,12 +150,13 @@ class BallDetector:
         """Of the patches round a prediction the nearest of the right size, then its edge: the ball or None, and whether that is enough.
 
         It is not where the evidence alone, without the belief of before, speaks against a ball: then a better one may be elsewhere.
+        Of the ball's colour only that patch counts in it, for the rest of the picture is not looked at.
         """
-        r = near.radius_px
-        places = (self._patch_near(image, near, reach * r + 8) for reach in REACHES)
+        r = near.radius_px if near.cone is None else near.cone.outline_px
+        places = (self._patch_near(image, (near.u, near.v, r), reach * r + 8) for reach in REACHES)
         place = next((found for found in places if found is not None), None)
         cone = None if place is None else self._quick(image, (*place[:2], r), "light")
-        if cone is None or abs(cone.radius_px - r) > RESIZED * r + RESIZED_PX:
+        if cone is None or abs(cone.radius_px - near.radius_px) > RESIZED * near.radius_px + RESIZED_PX:
             return None, False
         if cone.on >= CERTAIN and near.score * FADES > ASKED:
             return _detection(cone, near.score * FADES), True
@@ -164,17 +165,17 @@ class BallDetector:
         logit = KEPT * math.log(belief / (1 - belief)) + (1 - KEPT) * evidence
         return (None, False) if logit < 0 else (_detection(cone, _probability(logit)), evidence >= 0)
 
-    def _patch_near(self, image, near, reach):
-        """The patch of the right size nearest to a prediction."""
-        r, step = near.radius_px, max(1, round(near.radius_px / FINE_STEPS))
-        left, top = max(0, int(near.u - reach)), max(0, int(near.v - reach))
-        window = image[top : max(0, int(near.v + reach)), left : max(0, int(near.u + reach))]
+    def _patch_near(self, image, circle, reach):
+        """The patch of the right size nearest to a predicted circle."""
+        (near_u, near_v, r), step = circle, max(1, round(circle[2] / FINE_STEPS))
+        left, top = max(0, int(near_u - reach)), max(0, int(near_v - reach))
+        window = image[top : max(0, int(near_v + reach)), left : max(0, int(near_u + reach))]
         if min(window.shape[:2]) < 8:
             return None
         patches = where.patches(self.color.likeness(window, step), where.SURELY, 0)
         places = [(left + u * step, top + v * step, size * step) for u, v, size in patches]
         right = [place for place in places if SHRUNK * r < place[2] < GROWN * r]
-        return min(right, key=lambda place: math.hypot(place[0] - near.u, place[1] - near.v), default=None)
+        return min(right, key=lambda place: math.hypot(place[0] - near_u, place[1] - near_v), default=None)
 
     def _quick(self, image, circle, edge):
         """One look; a wider one where much of the rim is off the cone, as on a smeared ball; another if it moved far."""
@@ -215,7 +216,7 @@ class BallDetector:
 
 
 def unsure(ball: Detection) -> bool:
-    """Whether a ball's edge scatters so much that it is worth another look; a smeared one's does, however one looks."""
+    """Whether a ball's edge scatters so much that it is worth another look; that of a smear does, however one looks."""
     if ball.sigma_px is None:
         return False
     smeared = ball.cone is not None and ball.cone.look.share == SMEARED and ball.cone.on >= STEADY

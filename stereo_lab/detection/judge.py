@@ -45,7 +45,7 @@ class Thing(NamedTuple):
 
 
 def judge(cone: Cone, colored_px: float, weights: Weights = SHIPPED) -> Thing:
-    """The thing, its evidence taken and weighed; ``colored_px``: pixels of the ball's colour in the whole picture."""
+    """The thing, its evidence taken and weighed; ``colored_px``: pixels of the ball's colour where it was looked for."""
     evidence = evidence_of(cone, colored_px)
     return Thing(cone, evidence, weights.logit(evidence))
 
@@ -63,9 +63,9 @@ def speaks(evidence: np.ndarray, weights: Weights = SHIPPED) -> dict[str, float]
 def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
     """What speaks for a ball, in the order of EVIDENCE.
 
-    Contrast of likeness between inside and outside, and likeness just within the rim. Of all rays: those with a light edge
-    on the cone (rim), those where the colour ends there (ends), those where it goes on without an edge (overflow), those in
-    the picture (seen). Lobes: how much the outline swells in two to four places, as an egg's or a box's does, by the light
+    Contrast of likeness between inside and outside, and likeness just within the rim. Of the rays in the picture: those with
+    a light edge on the cone (rim), those where the colour ends there (ends). Of all rays: those where it goes on without an
+    edge (overflow), those in the picture (seen). Lobes: how much the outline swells in two to four places, as an egg's or a box's does, by the light
     and by the colour; astray: how far from the rim the colour ends on average. Shade: how
     much lighter one side is; a printed disc is even, but so is a ball in even light. Unique: the part of all pixels of this colour that it has. Size is no evidence: how
     large a ball looks tells of the camera that took the pictures.

@@ -16,7 +16,10 @@ from stereo_lab.detection.model import Camera, Circle
 RAYS, SAMPLES = 48, 21  # rays across the outline, places on each
 LEAST_BAND_PX = 13  # a ball of fewer px has a rim as blurred as one of 13
 BLUR_PX = 0.5  # evens out the pixels' grid
-CLEAR, HALF = 100, 200  # squared change of light across the rim: from here it is an edge, and here it counts half
+CLEAR, HALF = (
+    100,
+    200,
+)  # squared change of light and colour across the rim: from here it is an edge, and here it counts half
 COLOR_ENDS = 76  # of 255: so much less ball-like outside than inside
 QUIET = 40  # variance round the ball, of light or one of the two of colour, from which on it counts less than half
 GATE, FLOOR = 2.5, 0.05  # how soon a place where the ball's colour ends counts fully, and the least that a place counts
@@ -28,7 +31,8 @@ LIGHT = (255 * (np.arange(256) / 255.0) ** 2.2).astype(np.float32)  # a lens's b
 LUMA = np.array([[0.114, 0.587, 0.299]], np.float32)
 RED, BLUE = np.array([[[0, 0, 1]], [[1, 0, 0]]], np.float32)
 CR, CB = np.float32(0.713) * (RED - LUMA), np.float32(0.564) * (BLUE - LUMA)
-CHROMA = 0.3 * np.concatenate([0 * LUMA, CR, CB])  # JPEG's blur mixes stored colours, and widely: they count less
+# JPEG's blur mixes stored colours, and widely: they count less. The first row keeps a place for the light
+CHROMA = 0.3 * np.concatenate([0 * LUMA, CR, CB])
 ANGLE = np.arange(RAYS) * (2 * np.pi / RAYS)
 RING = np.stack([np.cos(ANGLE), np.sin(ANGLE)], 1)[:, None]
 COS, SIN = RING[..., 0].astype(np.float32), RING[..., 1].astype(np.float32)
@@ -77,7 +81,7 @@ class Look:
 
     @cached_property
     def light_edge(self) -> tuple[np.ndarray, np.ndarray]:
-        """On each ray how far beyond the circle the light changes most; and a weight, 0 where it is not clear."""
+        """On each ray how far beyond the circle light and colour change most; and a weight, 0 where it is not clear."""
         return self._edge(1)
 
     @cached_property
