@@ -69,9 +69,8 @@ def test_near_gives_the_same_as_a_whole_search():
 def test_a_ball_in_the_corner_of_a_wide_picture_is_followed(monkeypatch):
     """It covers half as much again as its radius in the middle would; that is no other thing."""
     image, pixel = draw_ball((286, 190, 380), focal=320, reach_of_radius=2.2)
-    detector = BallDetector(
-        "red", "cone", (np.diag([320.0, 320, 1]) + np.pad(MATRIX[:2, 2:], ((0, 1), (2, 0))), np.zeros(5))
-    )
+    wide = np.array([[320.0, 0, 319.5], [0, 320, 239.5], [0, 0, 1]])
+    detector = BallDetector("red", "cone", (wide, np.zeros(5)))
     found = detector.detect(image)
     assert found.cone.outline_px > 1.5 * found.radius_px
     monkeypatch.setattr(BallDetector, "things", None)  # no search

@@ -94,8 +94,7 @@ def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
             return None
         gap = (1 - axis.dot(xyz)) * (look.r / tan2)
         away = np.abs(gap)
-        order = away[clear]
-        order.sort()
+        order = np.sort(away[clear])
         if rounds == 0 and order[int(ONE_CURVE * count)] > near:
             axis = _best_of_threes(rays[clear], near, look.r)
             away = np.abs(rays @ axis - 1) * (look.r / (axis @ axis - 1))

@@ -167,7 +167,8 @@ class BallDetector:
 
     def _patch_near(self, image, circle, reach):
         """The patch of the right size nearest to a predicted circle."""
-        (near_u, near_v, r), step = circle, max(1, round(circle[2] / FINE_STEPS))
+        near_u, near_v, r = circle
+        step = max(1, round(r / FINE_STEPS))
         left, top = max(0, int(near_u - reach)), max(0, int(near_v - reach))
         window = image[top : max(0, int(near_v + reach)), left : max(0, int(near_u + reach))]
         if min(window.shape[:2]) < 8:

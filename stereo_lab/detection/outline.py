@@ -16,10 +16,8 @@ from stereo_lab.detection.model import Camera, Circle
 RAYS, SAMPLES = 48, 21  # rays across the outline, places on each
 LEAST_BAND_PX = 13  # a ball of fewer px has a rim as blurred as one of 13
 BLUR_PX = 0.5  # evens out the pixels' grid
-CLEAR, HALF = (
-    100,
-    200,
-)  # squared change of light and colour across the rim: from here it is an edge, and here it counts half
+# Squared change of light and colour across the rim: from here it is an edge, and here it counts half
+CLEAR, HALF = 100, 200
 COLOR_ENDS = 76  # of 255: so much less ball-like outside than inside
 QUIET = 40  # variance round the ball, of light or one of the two of colour, from which on it counts less than half
 GATE, FLOOR = 2.5, 0.05  # how soon a place where the ball's colour ends counts fully, and the least that a place counts
