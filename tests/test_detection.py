@@ -12,7 +12,7 @@ from conftest import ROOT
 from stereo_lab.calibration import calibrate_recording, homography
 from stereo_lab.common.files import read_table
 from stereo_lab.detection import BALL, HUES, BallColor, BallDetector, Detection, candidates, cone, hough, judge
-from stereo_lab.detection.detector import unsure
+from stereo_lab.detection.detector import SMEARED, unsure
 from stereo_lab.detection.outline import ANGLE, RAYS, Look
 from stereo_lab.detection.weights import FILE, SHIPPED
 from stereo_lab.errors import StereoLabError
@@ -225,8 +225,8 @@ def test_a_ball_that_jumped_is_followed(radii):
     assert (followed.u, followed.v) == pytest.approx((ball.u, ball.v), abs=0.03)
 
 
-def test_a_smeared_ball_is_followed_along_its_smear():
-    """Moved by 1.2 radii while the shutter is open: the middle of the smear, and a wider sigma."""
+def test_a_smeared_ball_is_followed_along_its_smear(monkeypatch):
+    """Moved by 1.2 radii while the shutter is open: by one look the middle of the smear, and a wider sigma."""
     sharp, (u, v) = draw_ball((0, 0, 800))
     moved = [cv2.warpAffine(sharp, np.float32([[1, 0, k], [0, 1, 0]]), (640, 480), borderMode=cv2.BORDER_REPLICATE)
              for k in np.linspace(-9, 9, 19)]  # fmt: skip
@@ -234,8 +234,11 @@ def test_a_smeared_ball_is_followed_along_its_smear():
     smeared = np.round(255 * linear ** (1 / 2.2)).astype(np.uint8)
     detector = BallDetector("red", "cone", CAMERA)
     ball = detector.detect(sharp)
+    shares = []
+    monkeypatch.setattr("stereo_lab.detection.detector.Look", lambda *given: shares.append(given[-1]) or Look(*given))
     followed = detector.detect(smeared, near=replace(ball, u=ball.u - 20))
-    assert abs(followed.u - u) < 1 and abs(followed.v - v) < 0.3
+    assert shares == [SMEARED]
+    assert abs(followed.u - u) < 2 * followed.sigma_px and abs(followed.v - v) < 0.3
     assert followed.sigma_px > 3 * ball.sigma_px
 
 

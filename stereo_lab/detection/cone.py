@@ -34,6 +34,7 @@ class Cone(NamedTuple):
     ``look``; ``off``: how far beyond its circle the edge lies on each ray; ``weights`` of these edges; ``gap``: how far
     beyond the cone they lie. ``on``: part of the rays in the picture whose edge lies on the cone. ``axis``: a', shape (3,).
     ``information``: how well it is known, the inverse of its covariance, shape (3, 3), by how the edges scatter.
+    ``smeared``: the ball moved while the shutter was open.
     """
 
     u: float
@@ -47,6 +48,7 @@ class Cone(NamedTuple):
     on: float
     axis: np.ndarray
     information: np.ndarray
+    smeared: bool = False
 
     @property
     def circle(self) -> tuple[float, float, float]:
@@ -78,7 +80,7 @@ def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
     count = np.count_nonzero(clear)
     if count < LEAST_CLEAR * RAYS:
         return None
-    rays, used, near = look.rays(off), weights, max(0.6, 0.05 * look.r)
+    rays, used, near = look.rays(off), weights, max(0.6, 0.11 * look.share * look.r)
     and_one = np.ones((4, RAYS))
     xyz = and_one[:3]
     xyz[:] = rays.T

@@ -5,6 +5,7 @@ Everything that is asked of a thing in the picture, its edge and the evidence fo
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 
 import cv2
@@ -25,19 +26,26 @@ GATE, FLOOR = 2.5, 0.05  # how soon a place where the ball's colour ends counts 
 STILL = np.zeros(3)
 ALL = np.ones(RAYS, bool)
 SUM = np.ones((3, 1))
-LIGHT = (255 * (np.arange(256) / 255.0) ** 2.2).astype(np.float32)  # a lens's blur mixes light, not stored values
+GAMMA = 2.2
+LIGHT = (255 * (np.arange(256) / 255.0) ** GAMMA).astype(np.float32)  # a lens's blur mixes light, not stored values
 LUMA = np.array([[0.114, 0.587, 0.299]], np.float32)
 RED, BLUE = np.array([[[0, 0, 1]], [[1, 0, 0]]], np.float32)
 CR, CB = np.float32(0.713) * (RED - LUMA), np.float32(0.564) * (BLUE - LUMA)
 # JPEG's blur mixes stored colours, and widely: they count less. The first row keeps a place for the light
 CHROMA = 0.3 * np.concatenate([0 * LUMA, CR, CB])
+QUIET_CHROMA = 2 * CHROMA  # but before books and plants they are surer than the light
 ANGLE = np.arange(RAYS) * (2 * np.pi / RAYS)
 RING = np.stack([np.cos(ANGLE), np.sin(ANGLE)], 1)[:, None]
 COS, SIN = RING[..., 0].astype(np.float32), RING[..., 1].astype(np.float32)
 EACH = np.ones(SAMPLES, np.float32)
 SPAN = np.linspace(-1, 1, SAMPLES, dtype=np.float32)
+MOMENTS = np.stack([SPAN, EACH], 1)[1:-1]
 END = SAMPLES // 4
 ENDS = np.repeat([1.0 / END, 0, -1.0 / END], [END, SAMPLES - 2 * END, END]).astype(np.float32)  # inner end less outer
+EDGE_PX = 2.0  # an edge is blurred over so many px to both sides, 2.5 sigma of lens, pixels and colour mosaic
+COVERED = np.array([0.5 * math.erfc(2.5 * off / 2**0.5) for off in SPAN], np.float32)[
+    :, None
+]  # by the ball, across such an edge
 COUNT = np.arange(SAMPLES, dtype=np.float32).clip(1)
 ONES = np.ones((SAMPLES, SAMPLES), np.float32)
 # From likeness, 0…255, to its mean over all places before and after each one, 0…1; not for the first and the last
@@ -55,7 +63,7 @@ class Look:
     def __init__(self, image: np.ndarray, color: BallColor, camera: Camera, circle: Circle, share: float) -> None:
         self.color, self.camera, self.share = color, camera, share
         self.u, self.v, self.r = u, v, r = circle
-        band = share * max(r, LEAST_BAND_PX)
+        self.band = band = share * max(r, LEAST_BAND_PX)
         reach = r + band + 2
         self.left, self.top = max(0, int(u - reach)), max(0, int(v - reach))
         whole = image[self.top : int(v + reach) + 2, self.left : int(u + reach) + 2]
@@ -80,39 +88,55 @@ class Look:
     @cached_property
     def light_edge(self) -> tuple[np.ndarray, np.ndarray]:
         """On each ray how far beyond the circle light and colour change most; and a weight, 0 where it is not clear."""
-        return self._edge(1)
+        fall, weights = self._change
+        return self._centroid(fall), weights
 
     @cached_property
     def ball_edge(self) -> tuple[np.ndarray, np.ndarray]:
         """The same, near the place where the ball's colour ends: ball-like before it, not after it."""
-        return self._edge(self._ends)
+        fall, weights = self._change
+        return self._centroid(fall * self._ends), weights
 
     @cached_property
     def quiet_edge(self) -> tuple[np.ndarray, np.ndarray]:
-        """The same, by what is quiet round the ball: before books and plants often its colour, and not the light."""
-        return self._edge(self._ends, quiet=True)
+        """The same, by what is quiet round the ball: before books and plants often its colour, and not the light.
+
+        Light and the two of colour count the less, the more each varies round the ball. Colour is stored as the root of
+        light, so a blurred edge seems to lie nearer to the darker side: by so much each is put back.
+        """
+        places, change, weights = self._across(QUIET_CHROMA)
+        change *= QUIET / (QUIET + places[:, -END:].mean(1).var(0))
+        light = self.sampled(self.light)
+        inner, outer = light[:, None, :END].mean(2), light[:, None, -END:].mean(2)
+        mixed = COVERED * inner + (1 - COVERED) * outer
+        edge = _light_and_color(255 * (mixed / 255) ** (1 / GAMMA), mixed, QUIET_CHROMA)
+        moment, mass = (_cubed_slope(edge, change) @ MOMENTS).T
+        return self._centroid(_cubed_slope(places, change) * self._ends) - EDGE_PX * moment / (mass + 1e-6), weights
+
+    @cached_property
+    def light(self) -> np.ndarray:
+        """The light of every pixel of the patch, 0…255, which is what a lens blurs: what is stored is its root."""
+        return cv2.LUT(self.patch, LIGHT)
 
     @cached_property
     def _ends(self):
         return np.clip(GATE * (self.like @ BEFORE) * (1 - self.like @ AFTER), FLOOR, 1)
 
-    def _edge(self, gate, quiet=False):
-        """Each ray is projected on its own change of colour; its edge is the centroid of the cube of the slope.
+    @cached_property
+    def _change(self):
+        places, change, weights = self._across(CHROMA)
+        return _cubed_slope(places, change), weights
 
-        ``quiet``: light and the two of colour count the less, the more each varies round the ball.
-        """
-        picture = cv2.transform(self.patch.astype(np.float32), CHROMA)
-        picture[..., 0] = cv2.transform(cv2.LUT(self.patch, LIGHT), LUMA)
-        light = self.sampled(picture)
-        change = ENDS @ light
+    def _across(self, chroma):
+        """Light and colour at every place of every ray, how much each ray changes from end to end, and a weight by that."""
+        places = self.sampled(_light_and_color(self.patch.astype(np.float32), self.light, chroma))
+        change = ENDS @ places
         contrast = np.square(change) @ EACH[:3]
-        if quiet:
-            change *= QUIET / (QUIET + light[:, -END:].mean(1).var(0))
-        profile = (light @ change[:, :, None])[..., 0]  # its scale does not matter
-        fall = np.maximum(profile[:, :-2] - profile[:, 2:], 0)
-        fall *= np.square(fall) * gate
-        off = (fall @ self.off[1:-1]) / (fall @ EACH[1:-1] + 1e-6)
-        return off, (self.seen & (contrast > CLEAR)) * contrast / (contrast + HALF)
+        return places, change, (self.seen & (contrast > CLEAR)) * contrast / (contrast + HALF)
+
+    def _centroid(self, fall):
+        moment, mass = (fall @ MOMENTS).T
+        return self.band * moment / (mass + 1e-6)
 
     @cached_property
     def color_edge(self) -> tuple[np.ndarray, np.ndarray]:
@@ -131,3 +155,18 @@ class Look:
         """Where a ray from the camera, shape (3,), of any length, is seen: the other way round."""
         u, v = cv2.projectPoints(ray[None, None], STILL, STILL, *self.camera)[0].ravel().tolist()
         return u, v
+
+
+def _light_and_color(stored, light, chroma):
+    """Light and two of colour, of places that are stored so and have this light, shape (…, …, 3)."""
+    picture = cv2.transform(stored, chroma)
+    picture[..., 0] = cv2.transform(light, LUMA)
+    return picture
+
+
+def _cubed_slope(places, change):
+    """Each ray projected on its own change of light and colour, and how steeply it falls, cubed: an edge stands out."""
+    profile = (places @ change[:, :, None])[..., 0]  # its scale does not matter
+    fall = np.maximum(profile[:, :-2] - profile[:, 2:], 0)
+    fall *= np.square(fall)
+    return fall
