@@ -29,11 +29,12 @@ UNSURE = 0.01  # of the radius: a centre told less surely is looked for again; o
 WORSE = 1.5  # but if it is told so many times less surely then, the first look was the better one
 LARGE_PX, FINE_PX = 40, 8  # on a larger ball places lie too far apart: one more look, so many px to both sides
 
-# Where the ball is expected and so much of the rim is on the cone (of a smear's: BLURRED), the probability of before fades a
-# little; below ASKED the evidence is asked for again, and a part of the belief of before is kept:
-CERTAIN, BLURRED, FADES, ASKED, KEPT, MOST_BELIEF = 0.8, 0.6, 0.98, 0.8, 0.5, 0.99
+# Where the ball is expected and so much of the rim is on the cone, the probability of before fades a little; below ASKED
+# the evidence is asked for again, and a part of the belief of before is kept:
+CERTAIN, FADES, ASKED, KEPT, MOST_BELIEF = 0.8, 0.98, 0.8, 0.5, 0.99
 REACHES, FINE_STEPS = (3, 7), 4  # radii that a ball may move from picture to picture; every r/4-th pixel is looked at
-LEFT = 0.87  # a ball that moved by more than its radius, and of whose patch no more is left, is a smear
+# A ball that moved by more than its radius, and of whose patch no more is left, is a smear; so much of its rim is on the cone
+LEFT, BLURRED = 0.87, 0.5
 SHRUNK, GROWN, RESIZED, RESIZED_PX = 0.6, 1.5, 0.25, 1  # its patch may change so much, its cone less
 
 
@@ -83,7 +84,7 @@ class BallDetector:
         """A ball's edge anew, by what is quiet round it; the ball as it was where that tells less."""
         if ball.cone is None or ball.sigma_px is None:
             return ball
-        cone = self._settle(image, ball.cone.circle, (ball.cone.look.share,) * 2, "quiet")
+        cone = self._settle(image, ball.cone.circle, (ball.cone.look.share,), "quiet")
         if cone is None or not _same(cone, ball.cone):
             return ball
         found = _detection(cone, ball.score)
@@ -152,26 +153,32 @@ class BallDetector:
         It is not where the evidence alone, without the belief of before, speaks against a ball: then a better one may be elsewhere.
         Of the ball's colour only that patch counts in it, for the rest of the picture is not looked at.
         """
-        r = near.radius_px if near.cone is None else near.cone.outline_px
-        reaches = REACHES[1:] if near.cone is not None and near.cone.smeared else REACHES
+        r = _outline_px(near)
+        reaches = REACHES[1:] if near.cone is not None and near.cone.moved else REACHES
         places = (self._patch_near(image, (near.u, near.v, r), reach * r + 8) for reach in reaches)
         place = next((found for found in places if found is not None), None)
         if place is None:
             return None, False
-        u, v, size = place
-        smeared = math.hypot(u - near.u, v - near.v) > r and size < LEFT * r
-        circle = u, v, r
-        cone = self._settle(image, circle, (SMEARED,), "ball") if smeared else self._quick(image, circle, "light")
-        if cone is not None and smeared:
-            cone = cone._replace(smeared=True)
+        cone = self._edge_near(image, near, place)
         if cone is None or abs(cone.radius_px - near.radius_px) > RESIZED * near.radius_px + RESIZED_PX:
             return None, False
-        if cone.on >= (BLURRED if smeared else CERTAIN) and near.score * FADES > ASKED:
+        certain = BLURRED if cone.look.share == SMEARED else CERTAIN
+        if cone.on >= certain and near.score * FADES > ASKED:
             return _detection(cone, near.score * FADES), True
         belief = min(MOST_BELIEF, max(1 - MOST_BELIEF, near.score))
-        evidence = judge(cone, np.pi * size**2, self.color.weights).logit
+        evidence = judge(cone, np.pi * place[2] ** 2, self.color.weights).logit
         logit = KEPT * math.log(belief / (1 - belief)) + (1 - KEPT) * evidence
         return (None, False) if logit < 0 else (_detection(cone, _probability(logit)), evidence >= 0)
+
+    def _edge_near(self, image, near, place):
+        """One look: a wide one at a smear, if it finds the rim, else as at any other patch. What moved is not looked at again."""
+        u, v, size = place
+        r = _outline_px(near)
+        moved = math.hypot(u - near.u, v - near.v) > r
+        cone = self._settle(image, (u, v, r), (SMEARED,), "ball") if moved and size < LEFT * r else None
+        if cone is None or cone.on < BLURRED:
+            cone = self._quick(image, (u, v, r), "light")
+        return cone if cone is None or not moved else cone._replace(moved=True)
 
     def _patch_near(self, image, circle, reach):
         """The patch of the right size nearest to a predicted circle."""
@@ -194,7 +201,7 @@ class BallDetector:
         if cone.on < STEADY:
             wider = self._settle(image, cone.circle, (SMEARED,), "ball")
             better = wider is not None and wider.on > cone.on
-            return wider._replace(smeared=wider.on >= STEADY) if better else cone
+            return wider._replace(moved=wider.on >= STEADY) if better else cone
         moved = _apart(cone.circle, circle)
         return cone if moved < MOVED * cone.outline_px else self._settle(image, cone.circle, (NARROW,), edge) or cone
 
@@ -227,9 +234,14 @@ class BallDetector:
 
 def unsure(ball: Detection) -> bool:
     """Whether a ball's edge scatters so much that it is worth another look; that of a smear does, however one looks."""
-    if ball.sigma_px is None or (ball.cone is not None and ball.cone.smeared):
+    if ball.sigma_px is None or (ball.cone is not None and ball.cone.moved):
         return False
     return ball.sigma_px > UNSURE * ball.radius_px
+
+
+def _outline_px(ball):
+    """How large a ball is seen: the radius of a circle that covers as much of the picture."""
+    return ball.radius_px if ball.cone is None else ball.cone.outline_px
 
 
 def _least_radius(image):

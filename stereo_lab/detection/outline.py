@@ -41,11 +41,13 @@ EACH = np.ones(SAMPLES, np.float32)
 SPAN = np.linspace(-1, 1, SAMPLES, dtype=np.float32)
 MOMENTS = np.stack([SPAN, EACH], 1)[1:-1]
 END = SAMPLES // 4
-ENDS = np.repeat([1.0 / END, 0, -1.0 / END], [END, SAMPLES - 2 * END, END]).astype(np.float32)  # inner end less outer
-EDGE_PX = 2.0  # an edge is blurred over so many px to both sides, 2.5 sigma of lens, pixels and colour mosaic
-COVERED = np.array([0.5 * math.erfc(2.5 * off / 2**0.5) for off in SPAN], np.float32)[
-    :, None
-]  # by the ball, across such an edge
+INNER = np.repeat([1.0 / END, 0], [END, SAMPLES - END]).astype(np.float32)  # means over the ends of a ray
+OUTER = INNER[::-1].copy()
+ENDS = INNER - OUTER
+# An edge between those ends, blurred over so many px to both sides, 2.5 sigma of lens, pixels and colour mosaic
+EDGE_PX = 2.0
+PART = np.array([[0.5 * math.erfc(2.5 * off / 2**0.5)] for off in SPAN], np.float32)
+COVERED = PART * INNER + (1 - PART) * OUTER
 COUNT = np.arange(SAMPLES, dtype=np.float32).clip(1)
 ONES = np.ones((SAMPLES, SAMPLES), np.float32)
 # From likeness, 0…255, to its mean over all places before and after each one, 0…1; not for the first and the last
@@ -105,10 +107,8 @@ class Look:
         light, so a blurred edge seems to lie nearer to the darker side: by so much each is put back.
         """
         places, change, weights = self._across(QUIET_CHROMA)
-        change *= QUIET / (QUIET + places[:, -END:].mean(1).var(0))
-        light = self.sampled(self.light)
-        inner, outer = light[:, None, :END].mean(2), light[:, None, -END:].mean(2)
-        mixed = COVERED * inner + (1 - COVERED) * outer
+        change *= QUIET / (QUIET + (OUTER @ places).var(0))
+        mixed = COVERED @ self.sampled(self.light)
         edge = _light_and_color(255 * (mixed / 255) ** (1 / GAMMA), mixed, QUIET_CHROMA)
         moment, mass = (_cubed_slope(edge, change) @ MOMENTS).T
         return self._centroid(_cubed_slope(places, change) * self._ends) - EDGE_PX * moment / (mass + 1e-6), weights
