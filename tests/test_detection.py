@@ -238,7 +238,7 @@ def test_a_smeared_ball_is_followed_along_its_smear(monkeypatch):
     monkeypatch.setattr("stereo_lab.detection.detector.Look", lambda *given: shares.append(given[-1]) or Look(*given))
     followed = detector.detect(smeared, near=replace(ball, u=ball.u - 20))
     assert shares == [SMEARED]
-    assert abs(followed.u - u) < 2 * followed.sigma_px and abs(followed.v - v) < 0.3
+    assert math.dist(followed.center_px, (u, v)) < 0.05 * ball.radius_px
     assert followed.sigma_px > 3 * ball.sigma_px
 
 

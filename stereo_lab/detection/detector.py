@@ -31,10 +31,10 @@ LARGE_PX, FINE_PX = 40, 8  # on a larger ball places lie too far apart: one more
 
 # Where the ball is expected and so much of the rim is on the cone, the probability of before fades a little; below ASKED
 # the evidence is asked for again, and a part of the belief of before is kept:
-CERTAIN, FADES, ASKED, KEPT, MOST_BELIEF = 0.8, 0.98, 0.8, 0.5, 0.99
+CERTAIN, FADES, ASKED, KEPT, MOST_BELIEF = 0.8, 0.985, 0.8, 0.5, 0.99
 REACHES, FINE_STEPS = (3, 7), 4  # radii that a ball may move from picture to picture; every r/4-th pixel is looked at
 # A ball that moved by more than its radius, and of whose patch no more is left, is a smear; so much of its rim is on the cone
-LEFT, BLURRED = 0.87, 0.5
+LEFT, BLURRED = 0.85, 0.5
 SHRUNK, GROWN, RESIZED, RESIZED_PX = 0.6, 1.5, 0.25, 1  # its patch may change so much, its cone less
 
 
@@ -175,7 +175,7 @@ class BallDetector:
         u, v, size = place
         r = _outline_px(near)
         moved = math.hypot(u - near.u, v - near.v) > r
-        cone = self._settle(image, (u, v, r), (SMEARED,), "ball") if moved and size < LEFT * r else None
+        cone = self._settle(image, (u, v, r), (SMEARED,), "light") if moved and size < LEFT * r else None
         if cone is None or cone.on < BLURRED:
             cone = self._quick(image, (u, v, r), "light")
         return cone if cone is None or not moved else cone._replace(moved=True)
