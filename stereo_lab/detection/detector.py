@@ -162,7 +162,7 @@ class BallDetector:
         cone = self._edge_near(image, near, place)
         if cone is None or abs(cone.radius_px - near.radius_px) > RESIZED * near.radius_px + RESIZED_PX:
             return None, False
-        certain = BLURRED if cone.look.share == SMEARED else CERTAIN
+        certain = BLURRED if cone.moved and cone.look.share == SMEARED else CERTAIN
         if cone.on >= certain and near.score * FADES > ASKED:
             return _detection(cone, near.score * FADES), True
         belief = min(MOST_BELIEF, max(1 - MOST_BELIEF, near.score))
