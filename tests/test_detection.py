@@ -242,6 +242,18 @@ def test_a_smeared_ball_is_followed_along_its_smear(monkeypatch):
     assert followed.sigma_px > 3 * ball.sigma_px
 
 
+def test_where_a_wide_look_finds_no_rim_a_moved_ball_is_looked_at_as_any_other(monkeypatch):
+    """A small patch that moved seems a smear. It is sharp: what the wide look would not find, a narrow one does."""
+    image, place = draw_ball((0, 0, 800))
+    detector = BallDetector("red", "cone", CAMERA)
+    ball = detector.detect(image)
+    near = replace(ball, u=ball.u - 25, cone=None, radius_px=1.25 * ball.radius_px)
+    assert detector.detect(image, near).cone.look.share == SMEARED
+    monkeypatch.setattr("stereo_lab.detection.detector.BLURRED", 2)
+    found = detector.detect(image, near)
+    assert found.cone.look.share < SMEARED and math.dist(found.center_px, place) < 0.03
+
+
 def test_a_flat_disc_is_not_followed_for_long():
     """Its rim is a ball's; while no evidence is asked for the belief fades, and then it is asked for."""
     image = np.full((480, 640, 3), 190, np.uint8)

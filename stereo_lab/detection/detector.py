@@ -153,7 +153,7 @@ class BallDetector:
         It is not where the evidence alone, without the belief of before, speaks against a ball: then a better one may be elsewhere.
         Of the ball's colour only that patch counts in it, for the rest of the picture is not looked at.
         """
-        r = _outline_px(near)
+        r = _outline_px(near)  # what moved is looked for farther away at once
         reaches = REACHES[1:] if near.cone is not None and near.cone.moved else REACHES
         places = (self._patch_near(image, (near.u, near.v, r), reach * r + 8) for reach in reaches)
         place = next((found for found in places if found is not None), None)
