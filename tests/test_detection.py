@@ -242,16 +242,18 @@ def test_a_smeared_ball_is_followed_along_its_smear(monkeypatch):
     assert followed.sigma_px > 3 * ball.sigma_px
 
 
-def test_where_a_wide_look_finds_no_rim_a_moved_ball_is_looked_at_as_any_other(monkeypatch):
-    """A small patch that moved seems a smear. It is sharp: what the wide look would not find, a narrow one does."""
+def test_a_sharp_ball_that_jumped_is_not_taken_for_a_smear(monkeypatch):
+    """It is as long along its way as across. And where the wide look at a smear finds no rim, a narrow one follows."""
     image, place = draw_ball((0, 0, 800))
     detector = BallDetector("red", "cone", CAMERA)
     ball = detector.detect(image)
-    near = replace(ball, u=ball.u - 25, cone=None, radius_px=1.25 * ball.radius_px)
-    assert detector.detect(image, near).cone.look.share == SMEARED
+    for jump in ((25, 0), (0, 40), (-30, 30)):
+        found = detector.detect(image, replace(ball, u=ball.u - jump[0], v=ball.v - jump[1]))
+        assert found.cone.look.share < SMEARED and math.dist(found.center_px, place) < 0.03
+    monkeypatch.setattr("stereo_lab.detection.detector.SHORT", 2)
+    assert detector.detect(image, replace(ball, u=ball.u - 25)).cone.look.share == SMEARED
     monkeypatch.setattr("stereo_lab.detection.detector.BLURRED", 2)
-    found = detector.detect(image, near)
-    assert found.cone.look.share < SMEARED and math.dist(found.center_px, place) < 0.03
+    assert detector.detect(image, replace(ball, u=ball.u - 25)).cone.look.share < SMEARED
 
 
 def test_a_flat_disc_is_not_followed_for_long():

@@ -27,13 +27,26 @@ def above(like: np.ndarray, level: int) -> np.ndarray:
 
 def patches(like: np.ndarray, level: int, least: float) -> list[Circle]:
     """The circle of each large patch of the ball's colour, in pixels of ``like``, largest first."""
-    found = []
-    for outline in cv2.findContours(above(like, level), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]:
-        sums = cv2.moments(outline)
-        r = math.sqrt(sums["m00"] / math.pi) + 0.5
-        if sums["m00"] and r > SMALL * least:
-            found.append((sums["m10"] / sums["m00"], sums["m01"] / sums["m00"], r))
-    return sorted(found, key=lambda circle: -circle[2])[:MOST_PATCHES]
+    circles = [as_circle(sums) for sums in moments(like, level)]
+    return sorted((c for c in circles if c[2] > SMALL * least), key=lambda circle: -circle[2])[:MOST_PATCHES]
+
+
+def moments(like: np.ndarray, level: int) -> list[dict[str, float]]:
+    """The moments of each patch, as ``cv2.moments`` names them."""
+    outlines = cv2.findContours(above(like, level), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
+    return [sums for sums in map(cv2.moments, outlines) if sums["m00"]]
+
+
+def as_circle(sums: dict[str, float]) -> Circle:
+    """A circle of the same middle and area as a patch."""
+    return sums["m10"] / sums["m00"], sums["m01"] / sums["m00"], math.sqrt(sums["m00"] / math.pi) + 0.5
+
+
+def stretch(sums: dict[str, float], du: float, dv: float) -> float:
+    """How long a patch is along a direction, by how wide it is across: 1 for a disc."""
+    along = sums["mu20"] * du * du + 2 * sums["mu11"] * du * dv + sums["mu02"] * dv * dv
+    across = (sums["mu20"] + sums["mu02"]) * (du * du + dv * dv) - along
+    return math.sqrt(max(along, 0.0) / max(across, 1e-9))
 
 
 def promising(like: np.ndarray, places: list[Circle]) -> list[Circle]:

@@ -34,7 +34,7 @@ class Cone(NamedTuple):
     ``look``; ``off``: how far beyond its circle the edge lies on each ray; ``weights`` of these edges; ``gap``: how far
     beyond the cone they lie. ``on``: part of the rays in the picture whose edge lies on the cone. ``axis``: a', shape (3,).
     ``information``: how well it is known, the inverse of its covariance, shape (3, 3), by how the edges scatter.
-    ``moved``: the ball moves, or is smeared as if it did: its edge scatters, however one looks.
+    ``smeared``: the ball moved while the shutter was open, or looks as if: its edge scatters, however one looks.
     """
 
     u: float
@@ -48,7 +48,7 @@ class Cone(NamedTuple):
     on: float
     axis: np.ndarray
     information: np.ndarray
-    moved: bool = False
+    smeared: bool = False
 
     @property
     def circle(self) -> tuple[float, float, float]:

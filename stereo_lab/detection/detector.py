@@ -33,8 +33,9 @@ LARGE_PX, FINE_PX = 40, 8  # on a larger ball places lie too far apart: one more
 # the evidence is asked for again, and a part of the belief of before is kept:
 CERTAIN, FADES, ASKED, KEPT, MOST_BELIEF = 0.8, 0.985, 0.8, 0.5, 0.99
 REACHES, FINE_STEPS = (3, 7), 4  # radii that a ball may move from picture to picture; every r/4-th pixel is looked at
-# A ball that moved by more than its radius, and of whose patch no more is left, is a smear; so much of its rim is on the cone
-LEFT, BLURRED = 0.85, 0.5
+# Of a ball that moved while the shutter was open only the middle is surely of its colour: it is so short along the way, by its
+# width across; and at least so much of its rim is on the cone
+SHORT, BLURRED = 0.88, 0.5
 SHRUNK, GROWN, RESIZED, RESIZED_PX = 0.6, 1.5, 0.25, 1  # its patch may change so much, its cone less
 
 
@@ -153,32 +154,31 @@ class BallDetector:
         It is not where the evidence alone, without the belief of before, speaks against a ball: then a better one may be elsewhere.
         Of the ball's colour only that patch counts in it, for the rest of the picture is not looked at.
         """
-        r = _outline_px(near)  # what moved is looked for farther away at once
-        reaches = REACHES[1:] if near.cone is not None and near.cone.moved else REACHES
-        places = (self._patch_near(image, (near.u, near.v, r), reach * r + 8) for reach in reaches)
-        place = next((found for found in places if found is not None), None)
-        if place is None:
+        r = _outline_px(near)
+        reaches = REACHES[1:] if near.cone is not None and near.cone.smeared else REACHES  # it moves on
+        patches = (self._patch_near(image, (near.u, near.v, r), reach * r + 8) for reach in reaches)
+        patch = next((found for found in patches if found is not None), None)
+        if patch is None:
             return None, False
-        cone = self._edge_near(image, near, place)
+        cone = self._edge_near(image, near, patch)
         if cone is None or abs(cone.radius_px - near.radius_px) > RESIZED * near.radius_px + RESIZED_PX:
             return None, False
-        certain = BLURRED if cone.moved and cone.look.share == SMEARED else CERTAIN
-        if cone.on >= certain and near.score * FADES > ASKED:
+        if cone.on >= (BLURRED if cone.smeared else CERTAIN) and near.score * FADES > ASKED:
             return _detection(cone, near.score * FADES), True
         belief = min(MOST_BELIEF, max(1 - MOST_BELIEF, near.score))
-        evidence = judge(cone, np.pi * place[2] ** 2, self.color.weights).logit
+        evidence = judge(cone, np.pi * patch[2] ** 2, self.color.weights).logit
         logit = KEPT * math.log(belief / (1 - belief)) + (1 - KEPT) * evidence
         return (None, False) if logit < 0 else (_detection(cone, _probability(logit)), evidence >= 0)
 
-    def _edge_near(self, image, near, place):
-        """One look: a wide one at a smear, if it finds the rim, else as at any other patch. What moved is not looked at again."""
-        u, v, size = place
-        r = _outline_px(near)
-        moved = math.hypot(u - near.u, v - near.v) > r
-        cone = self._settle(image, (u, v, r), (SMEARED,), "light") if moved and size < LEFT * r else None
-        if cone is None or cone.on < BLURRED:
-            cone = self._quick(image, (u, v, r), "light")
-        return cone if cone is None or not moved else cone._replace(moved=True)
+    def _edge_near(self, image, near, patch):
+        """One look: a wide one at a smear, if it finds the rim, else as at any other patch."""
+        u, v, _, sums = patch
+        r, du, dv = _outline_px(near), u - near.u, v - near.v
+        if math.hypot(du, dv) > r and where.stretch(sums, du, dv) < SHORT:
+            cone = self._settle(image, (u, v, r), (SMEARED,), "light")
+            if cone is not None and cone.on >= BLURRED:
+                return cone._replace(smeared=True)
+        return self._quick(image, (u, v, r), "light")
 
     def _patch_near(self, image, circle, reach):
         """The patch of the right size nearest to a predicted circle."""
@@ -188,10 +188,12 @@ class BallDetector:
         window = image[top : max(0, int(near_v + reach)), left : max(0, int(near_u + reach))]
         if min(window.shape[:2]) < 8:
             return None
-        patches = where.patches(self.color.likeness(window, step), where.SURELY, 0)
-        places = [(left + u * step, top + v * step, size * step) for u, v, size in patches]
-        right = [place for place in places if SHRUNK * r < place[2] < GROWN * r]
-        return min(right, key=lambda place: math.hypot(place[0] - near_u, place[1] - near_v), default=None)
+        right = []
+        for sums in where.moments(self.color.likeness(window, step), where.SURELY):
+            u, v, size = where.as_circle(sums)
+            if SHRUNK * r < size * step < GROWN * r:
+                right.append((left + u * step, top + v * step, size * step, sums))
+        return min(right, key=lambda patch: math.hypot(patch[0] - near_u, patch[1] - near_v), default=None)
 
     def _quick(self, image, circle, edge):
         """One look; a wider one where much of the rim is off the cone, as on a smeared ball; another if it moved far."""
@@ -201,7 +203,7 @@ class BallDetector:
         if cone.on < STEADY:
             wider = self._settle(image, cone.circle, (SMEARED,), "ball")
             better = wider is not None and wider.on > cone.on
-            return wider._replace(moved=wider.on >= STEADY) if better else cone
+            return wider._replace(smeared=wider.on >= STEADY) if better else cone
         moved = _apart(cone.circle, circle)
         return cone if moved < MOVED * cone.outline_px else self._settle(image, cone.circle, (NARROW,), edge) or cone
 
@@ -234,7 +236,7 @@ class BallDetector:
 
 def unsure(ball: Detection) -> bool:
     """Whether a ball's edge scatters so much that it is worth another look; that of a smear does, however one looks."""
-    if ball.sigma_px is None or (ball.cone is not None and ball.cone.moved):
+    if ball.sigma_px is None or (ball.cone is not None and ball.cone.smeared):
         return False
     return ball.sigma_px > UNSURE * ball.radius_px
 
