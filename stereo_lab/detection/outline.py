@@ -103,8 +103,8 @@ class Look:
     def quiet_edge(self) -> tuple[np.ndarray, np.ndarray]:
         """The same, by what is quiet round the ball: before books and plants often its colour, and not the light.
 
-        Light and the two of colour count the less, the more each varies round the ball. Colour is stored as the root of
-        light, so a blurred edge seems to lie nearer to the darker side: by so much each is put back.
+        Light and the two of colour count the less, the more each varies round the ball. What is stored of a colour is the
+        root of its light, so that the lighter side seems to reach across a blurred edge: by so much each edge is put back.
         """
         places, change, weights = self._across(QUIET_CHROMA)
         change *= QUIET / (QUIET + (OUTER @ places).var(0))
