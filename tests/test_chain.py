@@ -50,7 +50,7 @@ def test_cone_localizer_on_bench(bench, bench_calibration):
     errors, use = errors_mm(Localizer.fit(bench, calibration=bench_calibration), bench)
     volume = errors[use == "volume"]
     assert volume[:, :2].mean(0).max() < 0.6  # 0.42 of it by this bench's ruler alone
-    assert volume[:, 2].mean() < 0.8 and np.percentile(volume[:, 2], 95) < 3
+    assert volume[:, 2].mean() < 0.8 and np.percentile(volume[:, 2], 95) < 3  # one edge in doubt, of 40 pairs
 
 
 def test_paper_localizer_holds_in_the_plane(bench, bench_calibration):

@@ -18,7 +18,8 @@ LIMIT_PX, LIMIT = 0.25, 0.02  # px, or of the radius: beyond it an edge counts n
 SCATTERED = 4.0  # but nearer than so many times the median, for a smeared rim scatters: 2.7 standard deviations
 MOST_ROUNDS, STILL_PX = 12, 0.01  # until the cone stands still
 LEAST_CLEAR = 0.3  # of the rays must show an edge
-ONE_CURVE = 0.75  # of these must lie on one cone; else the best cone through three rays is the start
+ONE_CURVE = 0.75  # of these must lie near the first cone; else the best cone through three rays is the start
+NEAR_PX, NEAR = 0.6, 0.11  # px, or of how far the look reaches: a wide look is taken at what scatters
 NORMAL, LEAST_SCATTER_PX = 1.4826, 0.02  # scatter of the edges by their median; the pixels alone bring so much
 TOGETHER = 2.0  # neighbouring rays share pixels and err together: on rendered balls so much more than each alone
 SHARPENED_PX = 0.12  # a camera's sharpening moves the whole rim in or out
@@ -34,7 +35,7 @@ class Cone(NamedTuple):
     ``look``; ``off``: how far beyond its circle the edge lies on each ray; ``weights`` of these edges; ``gap``: how far
     beyond the cone they lie. ``on``: part of the rays in the picture whose edge lies on the cone. ``axis``: a', shape (3,).
     ``information``: how well it is known, the inverse of its covariance, shape (3, 3), by how the edges scatter.
-    ``smeared``: the ball moved while the shutter was open, or looks as if: its edge scatters, however one looks.
+    ``smeared``: the ball moved while the shutter was open, or looks as if it had: its edge scatters, however one looks.
     """
 
     u: float
@@ -80,7 +81,7 @@ def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
     count = np.count_nonzero(clear)
     if count < LEAST_CLEAR * RAYS:
         return None
-    rays, used, near = look.rays(off), weights, max(0.6, 0.11 * look.share * look.r)
+    rays, used, near = look.rays(off), weights, max(NEAR_PX, NEAR * look.share * look.r)
     and_one = np.ones((4, RAYS))
     xyz = and_one[:3]
     xyz[:] = rays.T

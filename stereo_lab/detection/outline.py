@@ -33,7 +33,7 @@ RED, BLUE = np.array([[[0, 0, 1]], [[1, 0, 0]]], np.float32)
 CR, CB = np.float32(0.713) * (RED - LUMA), np.float32(0.564) * (BLUE - LUMA)
 # JPEG's blur mixes stored colours, and widely: they count less. The first row keeps a place for the light
 CHROMA = 0.3 * np.concatenate([0 * LUMA, CR, CB])
-QUIET_CHROMA = 2 * CHROMA  # but before books and plants they are surer than the light
+QUIET_CHROMA = 2 * CHROMA  # but before books and plants they are surer than the light; measured on rendered ones
 ANGLE = np.arange(RAYS) * (2 * np.pi / RAYS)
 RING = np.stack([np.cos(ANGLE), np.sin(ANGLE)], 1)[:, None]
 COS, SIN = RING[..., 0].astype(np.float32), RING[..., 1].astype(np.float32)
@@ -44,7 +44,8 @@ END = SAMPLES // 4
 INNER = np.repeat([1.0 / END, 0], [END, SAMPLES - END]).astype(np.float32)  # means over the ends of a ray
 OUTER = INNER[::-1].copy()
 ENDS = INNER - OUTER
-# An edge between those ends, blurred over so many px to both sides, 2.5 sigma of lens, pixels and colour mosaic
+# An edge between those ends, blurred over so many px to both sides: 2.5 sigma of 0.8 px, for lens, pixels and colour mosaic of
+# a webcam. Where a picture is blurred by less than half of that, it is put back too far
 EDGE_PX = 2.0
 PART = np.array([[0.5 * math.erfc(2.5 * off / 2**0.5)] for off in SPAN], np.float32)
 COVERED = PART * INNER + (1 - PART) * OUTER
