@@ -238,7 +238,7 @@ def test_a_smeared_ball_is_followed_along_its_smear(monkeypatch, depth_mm, angle
     smeared = np.round(255 * linear ** (1 / 2.2)).astype(np.uint8)
     shares = []
     monkeypatch.setattr("stereo_lab.detection.detector.Look", lambda *given: shares.append(given[-1]) or Look(*given))
-    followed = detector.detect(smeared, near=replace(ball, u=ball.u - 1.4 * du, v=ball.v - 1.4 * dv))
+    followed = detector.detect(smeared, near=replace(ball, u=ball.u - 1.4 * du, v=ball.v - 1.4 * dv, cone=None))
     assert shares == [SMEARED] and followed.cone.smeared
     assert followed.cone.on < CERTAIN and followed.score == pytest.approx(
         FADES * ball.score
@@ -253,13 +253,18 @@ def test_a_sharp_ball_that_jumped_is_not_taken_for_a_smear(monkeypatch):
     detector = BallDetector("red", "cone", CAMERA)
     ball = detector.detect(image)
     for jump in ((25, 0), (0, 40), (-30, 30)):
-        found = detector.detect(image, replace(ball, u=ball.u - jump[0], v=ball.v - jump[1]))
+        found = detector.detect(image, replace(ball, u=ball.u - jump[0], v=ball.v - jump[1], cone=None))
         assert found.cone.look.share < SMEARED and math.dist(found.center_px, place) < 0.03
     monkeypatch.setattr("stereo_lab.detection.detector.SHORT", 2)
-    assert detector.detect(image, replace(ball, u=ball.u - 25)).cone.look.share == SMEARED
-    assert detector.detect(image, replace(ball, u=ball.u - 5)).cone.look.share < SMEARED  # it hardly moved
+    jumped, hardly = (replace(ball, u=ball.u - jump, cone=None) for jump in (25, 5))
+    assert detector.detect(image, jumped).cone.look.share == SMEARED
+    assert detector.detect(image, hardly).cone.look.share < SMEARED
+    seen_there = ball.cone._replace(u=ball.u - 25)
+    assert (
+        detector.detect(image, replace(ball, cone=seen_there)).cone.look.share == SMEARED
+    )  # expected just where it is
     monkeypatch.setattr("stereo_lab.detection.detector.BLURRED", 2)
-    assert detector.detect(image, replace(ball, u=ball.u - 25)).cone.look.share < SMEARED
+    assert detector.detect(image, jumped).cone.look.share < SMEARED
 
 
 def test_a_flat_disc_is_not_followed_for_long():

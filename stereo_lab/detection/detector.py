@@ -63,8 +63,8 @@ class BallDetector:
     def detect(self, image: np.ndarray, near: Detection | None = None) -> Detection | None:
         """The ball, or None where there is none.
 
-        ``image``: ndarray, shape (height, width, 3), BGR, uint8. ``near``: where the ball was seen last, or is expected: it is
-        looked for there first. Where it was seen last tells also which way it went, and so whether it is smeared.
+        ``image``: ndarray, shape (height, width, 3), BGR, uint8. ``near``: where the ball was seen last, or that one moved to
+        where it is expected: it is looked for there first.
         """
         image = check_image(image)
         if self.method == "paper":
@@ -176,7 +176,10 @@ class BallDetector:
     def _edge_near(self, image, near, patch):
         """One look: a wide one at a smear, if it finds the rim, else as at any other patch."""
         u, v, _, sums = patch
-        r, du, dv = _outline_px(near), u - near.u, v - near.v
+        last = (
+            near if near.cone is None else near.cone
+        )  # what is expected elsewhere still has its cone where it was seen
+        r, du, dv = _outline_px(near), u - last.u, v - last.v
         whole = r < u < image.shape[1] - r and r < v < image.shape[0] - r
         if whole and math.hypot(du, dv) > r and where.stretch(sums, du, dv) < SHORT:
             cone = self._settle(image, (u, v, r), (SMEARED,), "light")
