@@ -34,7 +34,7 @@ LARGE_PX, FINE_PX = 40, 8  # on a larger ball places lie too far apart: one more
 CERTAIN, FADES, ASKED, KEPT, MOST_BELIEF = 0.8, 0.985, 0.8, 0.5, 0.99
 REACHES, FINE_STEPS = (2, 7), 4  # radii that a ball may move from picture to picture; every r/4-th pixel is looked at
 # Of a smear only the middle is surely of the ball's colour. It moved by more than its radius, its patch is shorter along its
-# way than across (by less than SHORT), and at least BLURRED of its rim is on the cone
+# way than across (their ratio is below SHORT), and at least BLURRED of its rim is on the cone
 SHORT, BLURRED = 0.88, 0.5
 SHRUNK, GROWN, RESIZED, RESIZED_PX = 0.6, 1.5, 0.25, 1  # its patch may change so much, its cone less
 
@@ -176,9 +176,8 @@ class BallDetector:
     def _edge_near(self, image, near, patch):
         """One look: a wide one at a smear, if it finds the rim, else as at any other patch."""
         u, v, _, sums = patch
-        last = (
-            near if near.cone is None else near.cone
-        )  # what is expected elsewhere still has its cone where it was seen
+        # Where it was seen: a ball that is expected elsewhere keeps its cone
+        last = near if near.cone is None else near.cone
         r, du, dv = _outline_px(near), u - last.u, v - last.v
         whole = r < u < image.shape[1] - r and r < v < image.shape[0] - r
         if whole and math.hypot(du, dv) > r and where.stretch(sums, du, dv) < SHORT:
