@@ -517,6 +517,7 @@ def test_an_unsure_edge_is_looked_for_again_and_the_surer_one_kept(bench):
     marbled = clutter.pairs("orange")[2].left
     first = orange.first(marbled)
     assert unsure(first) and orange.detect(marbled) == first
+    assert orange.detect(list(marbled)) == first  # a list of rows will do, at the second look as well
     truth = {p.name: clutter.true_ball("snaps", p.name) for p in clutter.pairs("snaps")}
     off = []
     for pair in clutter.pairs("snaps"):
