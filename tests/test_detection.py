@@ -240,9 +240,8 @@ def test_a_smeared_ball_is_followed_along_its_smear(monkeypatch, depth_mm, angle
     monkeypatch.setattr("stereo_lab.detection.detector.Look", lambda *given: shares.append(given[-1]) or Look(*given))
     followed = detector.detect(smeared, near=replace(ball, u=ball.u - 1.4 * du, v=ball.v - 1.4 * dv, cone=None))
     assert shares == [SMEARED] and followed.cone.smeared
-    assert followed.cone.on < CERTAIN and followed.score == pytest.approx(
-        FADES * ball.score
-    )  # no evidence is asked for
+    assert followed.cone.on < CERTAIN
+    assert followed.score == pytest.approx(FADES * ball.score)  # no evidence is asked for
     assert math.dist(followed.center_px, (u, v)) < 0.07 * ball.radius_px
     assert followed.sigma_px > 3 * ball.sigma_px
 
@@ -259,10 +258,8 @@ def test_a_sharp_ball_that_jumped_is_not_taken_for_a_smear(monkeypatch):
     jumped, hardly = (replace(ball, u=ball.u - jump, cone=None) for jump in (25, 5))
     assert detector.detect(image, jumped).cone.look.share == SMEARED
     assert detector.detect(image, hardly).cone.look.share < SMEARED
-    seen_there = ball.cone._replace(u=ball.u - 25)
-    assert (
-        detector.detect(image, replace(ball, cone=seen_there)).cone.look.share == SMEARED
-    )  # expected just where it is
+    expected = replace(ball, cone=ball.cone._replace(u=ball.u - 25))  # just where it is, but seen elsewhere
+    assert detector.detect(image, expected).cone.look.share == SMEARED
     monkeypatch.setattr("stereo_lab.detection.detector.BLURRED", 2)
     assert detector.detect(image, jumped).cone.look.share < SMEARED
 

@@ -27,7 +27,8 @@ WIDE, NARROW, SMEARED = 0.45, 0.3, 0.75  # how far from the outline a look reach
 STEADY, MOVED = 0.75, 0.3  # less of the rim on the cone: a wider look follows; so many radii from the circle: another
 UNSURE = 0.01  # of the radius: a centre told less surely is looked for again; on plain grounds it is told to 0.003
 WORSE = 1.5  # but if it is told so many times less surely then, the first look was the better one
-LARGE_PX, FINE_PX = 40, 8  # on a larger ball places lie too far apart: one more look, so many px to both sides
+# On a larger ball places lie too far apart: one more look, so many px to both sides, but not at a smear
+LARGE_PX, FINE_PX = 40, 8
 
 # Where the ball is expected and so much of the rim is on the cone, the probability of before fades a little: in 14 pictures,
 # half a second of film, from 0.99 to ASKED. Below it the evidence is asked for again, and a part of the belief of before is kept:
@@ -90,7 +91,7 @@ class BallDetector:
         cone = self._settle(image, ball.cone.circle, (ball.cone.look.share,), "quiet")
         if cone is None or not _same(cone, ball.cone):
             return ball
-        found = _detection(cone._replace(smeared=ball.cone.smeared), ball.score)
+        found = _detection(cone._replace(smeared=ball.smeared), ball.score)
         return found if found.sigma_px < WORSE * ball.sigma_px else ball
 
     def _surer(self, image, ball):
@@ -157,9 +158,8 @@ class BallDetector:
         It is not where the evidence alone, without the belief of before, speaks against a ball: then a better one may be elsewhere.
         Of the ball's colour only that patch counts in it, for the rest of the picture is not looked at.
         """
-        r = _outline_px(near)
-        fast = near.cone is not None and near.cone.smeared
-        patches = (self._patch_near(image, (near.u, near.v, r), reach) for reach in (REACHES[1:] if fast else REACHES))
+        circle, reaches = (near.u, near.v, near.outline_px), REACHES[1:] if near.smeared else REACHES
+        patches = (self._patch_near(image, circle, reach) for reach in reaches)
         patch = next((found for found in patches if found is not None), None)
         if patch is None:
             return None, False
@@ -178,7 +178,7 @@ class BallDetector:
         u, v, _, sums = patch
         # Where it was seen: a ball that is expected elsewhere keeps its cone
         last = near if near.cone is None else near.cone
-        r, du, dv = _outline_px(near), u - last.u, v - last.v
+        r, du, dv = near.outline_px, u - last.u, v - last.v
         whole = r < u < image.shape[1] - r and r < v < image.shape[0] - r
         if whole and math.hypot(du, dv) > r and where.stretch(sums, du, dv) < SHORT:
             cone = self._settle(image, (u, v, r), (SMEARED,), "light")
@@ -243,14 +243,7 @@ class BallDetector:
 
 def unsure(ball: Detection) -> bool:
     """Whether a ball's edge scatters so much that it is worth another look; that of a smear does, however one looks."""
-    if ball.sigma_px is None or (ball.cone is not None and ball.cone.smeared):
-        return False
-    return ball.sigma_px > UNSURE * ball.radius_px
-
-
-def _outline_px(ball):
-    """How large a ball is seen: the radius of a circle that covers as much of the picture."""
-    return ball.radius_px if ball.cone is None else ball.cone.outline_px
+    return ball.sigma_px is not None and not ball.smeared and ball.sigma_px > UNSURE * ball.radius_px
 
 
 def _least_radius(image):

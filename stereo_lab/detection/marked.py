@@ -155,7 +155,7 @@ def propose(images: Sequence[np.ndarray], color: BallColor | str) -> dict[int, C
 
 def _outline(ball):
     """The circle of a detection as it is seen in its picture."""
-    return ball.u, ball.v, ball.radius_px if ball.cone is None else ball.cone.outline_px
+    return ball.u, ball.v, ball.outline_px
 
 
 def _spread_out(numbers, most):

@@ -43,6 +43,16 @@ class Detection:
         """(u, v)."""
         return self.u, self.v
 
+    @property
+    def outline_px(self) -> float:
+        """How large it is seen: the radius of a circle that covers as much of the picture."""
+        return self.radius_px if self.cone is None else self.cone.outline_px
+
+    @property
+    def smeared(self) -> bool:
+        """Whether it moved while the shutter was open, or looks as if it had."""
+        return self.cone is not None and self.cone.smeared
+
 
 def check_image(image: np.ndarray) -> np.ndarray:
     """A BGR uint8 picture, or a plain error."""

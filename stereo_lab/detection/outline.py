@@ -92,13 +92,13 @@ class Look:
     def light_edge(self) -> tuple[np.ndarray, np.ndarray]:
         """On each ray how far beyond the circle light and colour change most; and a weight, 0 where it is not clear."""
         fall, weights = self._change
-        return self._centroid(fall), weights
+        return _centroid(fall, self.band), weights
 
     @cached_property
     def ball_edge(self) -> tuple[np.ndarray, np.ndarray]:
         """The same, near the place where the ball's colour ends: ball-like before it, not after it."""
         fall, weights = self._change
-        return self._centroid(fall * self._ends), weights
+        return _centroid(fall * self._ends, self.band), weights
 
     @cached_property
     def quiet_edge(self) -> tuple[np.ndarray, np.ndarray]:
@@ -111,8 +111,8 @@ class Look:
         change *= QUIET / (QUIET + (OUTER @ places).var(0))
         mixed = COVERED @ self.sampled(self.light)
         edge = _light_and_color(255 * (mixed / 255) ** (1 / GAMMA), mixed, QUIET_CHROMA)
-        moment, mass = (_cubed_slope(edge, change) @ MOMENTS).T
-        return self._centroid(_cubed_slope(places, change) * self._ends) - EDGE_PX * moment / (mass + 1e-6), weights
+        off = _centroid(_cubed_slope(places, change) * self._ends, self.band)
+        return off - _centroid(_cubed_slope(edge, change), EDGE_PX), weights
 
     @cached_property
     def light(self) -> np.ndarray:
@@ -134,10 +134,6 @@ class Look:
         change = ENDS @ places
         contrast = np.square(change) @ EACH[:3]
         return places, change, (self.seen & (contrast > CLEAR)) * contrast / (contrast + HALF)
-
-    def _centroid(self, fall):
-        moment, mass = (fall @ MOMENTS).T
-        return self.band * moment / (mass + 1e-6)
 
     @cached_property
     def color_edge(self) -> tuple[np.ndarray, np.ndarray]:
@@ -171,3 +167,9 @@ def _cubed_slope(places, change):
     fall = np.maximum(profile[:, :-2] - profile[:, 2:], 0)
     fall *= np.square(fall)
     return fall
+
+
+def _centroid(fall, reach_px):
+    """Where on each ray it falls, px from the middle of a ray that reaches so far to both sides."""
+    moment, mass = (fall @ MOMENTS).T
+    return reach_px * moment / (mass + 1e-6)
