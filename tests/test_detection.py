@@ -14,10 +14,11 @@ from stereo_lab.common.files import read_table
 from stereo_lab.detection import BALL, HUES, BallColor, BallDetector, Detection, candidates, cone, hough, judge
 from stereo_lab.detection.detector import CERTAIN, FADES, SMEARED, unsure
 from stereo_lab.detection.outline import ANGLE, RAYS, Look
+from stereo_lab.detection.training import weights_of
 from stereo_lab.detection.weights import FILE, SHIPPED
 from stereo_lab.errors import StereoLabError
 from stereo_lab.recording import open_recording, read_image
-from stereo_lab.results.evaluation import is_hit
+from stereo_lab.results.evaluation import is_hit, reliability
 from tests.written import assert_as_written
 
 MATRIX = np.array([[600.0, 0, 319.5], [0, 600, 239.5], [0, 0, 1]])
@@ -343,6 +344,29 @@ def test_training_again_gives_the_shipped_weights(monkeypatch):
     assert list(again["evidence"]) == list(judge.EVIDENCE) and again["trained_on"] == SHIPPED.trained_on
     assert again["constant"] == pytest.approx(SHIPPED.constant, abs=1e-3)
     assert np.allclose(list(again["evidence"].values()), list(shipped["evidence"].values()), atol=1e-3)
+
+
+def test_probabilities_come_true(monkeypatch):
+    """Of the things told p, so many are the ball, in each tenth: in pictures of seeds and real frames never trained on."""
+    monkeypatch.syspath_prepend(ROOT / "data" / "train")
+    import train
+
+    group, source, ball, evidence = train.read_rows()
+    seeds = sorted({s.split("/")[0] for s in source if "/" in s})
+    fold = np.empty(len(group), int)
+    for name in np.unique(source):  # of real frames, which follow in the same order in each kind, every third one
+        its = source == name
+        fold[its] = seeds.index(name.split("/")[0]) if "/" in name else np.unique(group[its], return_inverse=True)[1]
+    fold %= 3
+    weight = np.where(np.char.find(source, "/") < 0, train.REAL_WEIGHT, 1.0)
+    probability = np.empty(len(group))
+    for k in range(3):
+        known, asked = fold != k, fold == k
+        weights = weights_of(group[known], ball[known], evidence[known], judge.EVIDENCE, train.RIDGE, weight[known])
+        odds = np.exp(weights.logits(evidence[asked]))
+        probability[asked] = odds / (1 + np.bincount(group[asked], odds)[group[asked]])
+    told, true, count = reliability(probability, ball)
+    assert count.min() > 100 and np.abs(told - true).max() < 0.1
 
 
 def test_sigma_is_larger_where_the_edge_is_worse():
