@@ -352,13 +352,13 @@ def test_probabilities_come_true(monkeypatch):
     import train
 
     group, source, ball, evidence = train.read_rows()
-    seeds = sorted({s.split("/")[0] for s in source if "/" in s})
-    fold = np.empty(len(group), int)
-    for name in np.unique(source):  # of real frames, which follow in the same order in each kind, every third one
-        its = source == name
-        fold[its] = seeds.index(name.split("/")[0]) if "/" in name else np.unique(group[its], return_inverse=True)[1]
+    home = train.home_of(source)
+    weight = train.counted(home)
+    fold = np.unique(home, return_inverse=True)[1]
+    for kind in np.unique(source[weight > 1]):  # every third real frame: in each kind they follow in the same order
+        its = source == kind
+        fold[its] = np.unique(group[its], return_inverse=True)[1]
     fold %= 3
-    weight = np.where(np.char.find(source, "/") < 0, train.REAL_WEIGHT, 1.0)
     probability = np.empty(len(group))
     for k in range(3):
         known, asked = fold != k, fold == k

@@ -11,15 +11,15 @@ from conftest import ROOT
 from stereo_lab.calibration import calibrate_recording
 from stereo_lab.cli import main
 from stereo_lab.common.shares import interval_95, told
-from stereo_lab.detection import BallColor, BallDetector, Detection, OwnBall, training
-from stereo_lab.detection.judge import EVIDENCE, distinct
-from stereo_lab.detection.marked import Frame, Score, all_alike, answers, learn, look, propose, score, unseen
+from stereo_lab.detection import BallColor, BallDetector, OwnBall, training
+from stereo_lab.detection.judge import EVIDENCE
+from stereo_lab.detection.marked import Frame, Score, all_alike, answers, is_right, learn, look, propose, score, unseen
 from stereo_lab.detection.weights import SHIPPED
 from stereo_lab.errors import StereoLabError
 from stereo_lab.recording import open_recording
 from stereo_lab.recording.marks import read_marks, shots_of, write_marks
 from stereo_lab.results import learned
-from stereo_lab.results.evaluation import is_hit, reliability
+from stereo_lab.results.evaluation import reliability
 
 DRAWS, WITH, WITHOUT = 20, 14, 6
 
@@ -65,9 +65,9 @@ def test_probabilities_come_true_in_rooms_never_seen(rooms):
     """In pictures never trained on: of the things told p, in each tenth, p are the ball, to 0.1 and what chance explains."""
     probabilities, true = [], []
     for frame in (frame for room in rooms for frame in room):
-        kept, p = distinct(frame.things.tolist(), SHIPPED.logits(frame.evidence).tolist())
+        kept, p = frame.ranked(SHIPPED)
         probabilities += p.tolist()
-        true += [frame.circle is not None and is_hit(Detection(*frame.things[k], 1.0), frame.circle) for k in kept]
+        true += [is_right(tuple(frame.things[k]), frame.circle) for k in kept]
     mean, share, count = reliability(probabilities, true)
     chance = 2 * np.sqrt(mean * (1 - mean) / np.maximum(count, 1))
     assert (np.abs(mean - share) < 0.1 + chance)[count > 0].all(), (mean, share, count)

@@ -68,6 +68,16 @@ def read_rows() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     return group, np.array([row["source"] for row in rows]), is_ball, evidence
 
 
+def home_of(source: np.ndarray) -> np.ndarray:
+    """The recording, or the folder of real frames, that each source is of."""
+    return np.array([s.split()[0].split("/")[0] for s in source])
+
+
+def counted(home: np.ndarray) -> np.ndarray:
+    """How much the pictures of each home count."""
+    return np.where(np.isin(home, list(pictures.REAL)), REAL_WEIGHT, 1.0)
+
+
 def main() -> None:
     if sys.argv[1] == "look":
         for folder in sys.argv[2:]:
@@ -79,10 +89,9 @@ def main() -> None:
             learned.keep_frames(open_recording(name), "snaps", camera)
         return
     group, source, ball, evidence = read_rows()
-    home = np.array([s.split()[0].split("/")[0] for s in source])
-    weight = np.where(np.isin(home, list(pictures.REAL)), REAL_WEIGHT, 1.0)
+    home = home_of(source)
     trained_on = f"{len(np.unique(group))} pictures: {', '.join(sorted(set(home)))}"
-    weights = weights_of(group, ball, evidence, judge.EVIDENCE, RIDGE, weight, trained_on=trained_on)
+    weights = weights_of(group, ball, evidence, judge.EVIDENCE, RIDGE, counted(home), trained_on=trained_on)
     write_whole(FILE, weights.text())
     print(weights.text())
 

@@ -146,16 +146,11 @@ def propose(images: Sequence[np.ndarray], color: BallColor | str) -> dict[int, C
     """
     detector = BallDetector(color)
     best = {k: next(iter(detector.candidates(image, 1)), None) for k, image in enumerate(images)}
-    sure = {k: _outline(ball) for k, ball in best.items() if ball is not None and ball.score >= SURELY}
+    sure = {k: (b.u, b.v, b.outline_px) for k, b in best.items() if b is not None and b.score >= SURELY}
     none = [k for k, ball in best.items() if ball is None or ball.score <= HARDLY]
     chosen: dict[int, Circle | None] = dict.fromkeys(_spread_out(none, PROPOSED[1]))
     chosen.update({k: sure[k] for k in _spread_out(list(sure), PROPOSED[0])})
     return dict(sorted(chosen.items()))
-
-
-def _outline(ball):
-    """The circle of a detection as it is seen in its picture."""
-    return ball.u, ball.v, ball.outline_px
 
 
 def _spread_out(numbers, most):
