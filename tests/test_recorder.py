@@ -15,7 +15,7 @@ from test_live import SIZE as FAKE_SIZE
 from test_live import Fake
 
 from stereo_lab import cli
-from stereo_lab.capture import Coverage, Folder, Recorder, Replay, Session, glance
+from stereo_lab.capture import Coverage, Folder, Recorder, Replay, Session, State, glance
 from stereo_lab.capture import folder as folders
 from stereo_lab.doctor import check_recording
 from stereo_lab.errors import RecordingError, StereoLabError
@@ -148,6 +148,29 @@ def test_a_session_shows_every_pair_and_looks_at_the_newest(third_rig, folder):
         Session(source, recorder, lambda frame, state: shown.append((frame.time_s, state.time_s))).run()
     assert len(folder.names("calibration")) == 3
     assert len(shown) > 30 and np.median([now - looked for now, looked in shown[5:]]) < 1
+
+
+def test_no_pair_is_taken_without_being_shown(third_rig, images):
+    class Quick:
+        """Takes a pair at each look, quicker than anybody shows it."""
+
+        looks = 0
+
+        def look(self, frame):
+            self.looks += 1
+            return State(frame.time_s, taken=f"{self.looks - 1:03d}")
+
+    class Pictures(Replay):
+        left_over = 300
+
+        def read(self):
+            time.sleep(0.001)
+            self.left_over -= 1
+            return Frame(self.now(), *images[0]) if self.left_over else None
+
+    recorder, shown = Quick(), []
+    Session(Pictures(third_rig.pairs("calibration")[:1]), recorder, lambda _, state: shown.append(state.taken)).run()
+    assert sorted({name for name in shown if name}) == [f"{k:03d}" for k in range(recorder.looks)]
 
 
 def test_a_camera_that_falls_silent_is_told_and_waited_for(third_rig, images, folder):

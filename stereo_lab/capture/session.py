@@ -17,7 +17,8 @@ class Session:
     """A source, a recorder, and whoever shows both.
 
     Pictures are handed on at their own rate. The recorder takes the newest one whenever it is free, so what it says is as
-    old as one of its looks.
+    old as one of its looks. Looks may be quicker than pictures are shown: a state in which a pair was taken is always
+    handed on, others only while they are the newest.
 
     Parameters
     ----------
@@ -37,6 +38,7 @@ class Session:
         self.state = State(source.now())
         self._ends, self._news = False, threading.Condition()
         self._waiting: Frame | None = None
+        self._taken: list[State] = []  # states that nobody was shown yet, in which a pair was taken
         self._failed: Exception | None = None
 
     def run(self) -> None:
@@ -52,12 +54,20 @@ class Session:
                 with self._news:
                     self._waiting = frame
                     self._news.notify()
-                self._show(frame, self.state)
+                self._hand_on()
         finally:
             self.stop()
             looking.join()
         if self._failed is not None:
             raise self._failed
+        if self._taken:  # by the look that was under way when it ended
+            self._hand_on()
+
+    def _hand_on(self):
+        with self._news:
+            states, self._taken = self._taken or [self.state], []
+        for state in states:
+            self._show(self.frame, state)
 
     def _read(self):
         """The next pair; a camera that fell silent is told and waited for."""
@@ -78,7 +88,11 @@ class Session:
                     frame, self._waiting = self._waiting, None
                 if frame is None:
                     return
-                self.state = self.recorder.look(frame)
+                state = self.recorder.look(frame)
+                with self._news:
+                    self.state = state
+                    if state.taken:
+                        self._taken.append(state)
         except Exception as error:  # handed on to whoever runs the session
             self._failed = error
 

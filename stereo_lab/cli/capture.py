@@ -168,12 +168,11 @@ def run_record(options: argparse.Namespace) -> int:
     with source, Recorder(Folder(options.out, source.size, board, ball), board) as recorder:
         for sentence in source.lock():
             print(sentence)
-        taken = (
-            _typed_places(source, recorder, options)
-            if options.set_name != "calibration"
-            else _boards(source, recorder, options)
-        )
-    print(f"\n{options.out}: {taken} more; {len(recorder.folder.names(options.set_name))} pairs in {options.set_name}.")
+        before = len(recorder.folder.names(options.set_name))
+        (_boards if options.set_name == "calibration" else _typed_places)(source, recorder, options)
+    pairs = len(recorder.folder.names(options.set_name))
+    taken = pairs - before  # as the disk has it: Ctrl-C may come while one is being taken
+    print(f"\n{options.out}: {taken} more; {pairs} pairs in {options.set_name}.")
     print(f"Next: {me()} check {options.out}")
     write_json_option(options.json, {"path": str(options.out), "taken": taken})
     return OK
@@ -201,11 +200,9 @@ def _boards(source, recorder, options):
     """Boards take themselves; a line is printed whenever there is something else to say."""
     from stereo_lab.capture import Session
 
-    said, taken, until = [""], [], time.monotonic() + (options.seconds or float("inf"))
+    said, until = [""], time.monotonic() + (options.seconds or float("inf"))
 
     def show(frame, state):
-        if state.taken and state.taken not in taken:
-            taken.append(state.taken)
         if state.said != said[0]:
             said[0] = state.said
             bars = "  ".join(f"{bar.name} {100 * bar.part:.0f} %" for bar in state.bars)
@@ -217,13 +214,11 @@ def _boards(source, recorder, options):
     session = Session(source, recorder, show)
     with contextlib.suppress(KeyboardInterrupt):
         session.run()
-    return len(taken)
 
 
 def _typed_places(source, recorder, options):
     """The ball at measured places: a line with x, y and depth takes the newest pair."""
     print("Put the ball somewhere, measure it, and type x y depth in mm; an empty line ends it.\n", flush=True)
-    taken = 0
     with contextlib.suppress(KeyboardInterrupt, EOFError):
         while line := input("x y depth: ").replace(",", ".").split():
             if len(line) != 3:
@@ -235,9 +230,7 @@ def _typed_places(source, recorder, options):
             except StereoLabError as error:
                 print(error)
                 continue
-            taken += 1
             print(f"Taken: {options.set_name}/{name}.")
-    return taken
 
 
 def run_check(options: argparse.Namespace) -> int:
