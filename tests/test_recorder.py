@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from functools import partial
 
@@ -489,6 +490,34 @@ def test_the_panel_records_while_the_page_is_there(third_rig, tmp_path):
     recording = open_recording(tmp_path / "mine")
     assert len(recording.pairs("calibration")) == 2 and recording.samples("position")[0].measured.depth_mm == 900
     assert panel.bars["pairs"].value == pytest.approx(0.1) and panel.text.value.startswith("Ended")
+
+
+def test_what_was_taken_stays_in_words_while_pictures_come(third_rig, tmp_path):
+    from stereo_lab import widgets
+
+    class Balls(Replay):
+        def read(self):
+            asked.release()
+            return super().read()
+
+    def balls():
+        return Balls([sample.pair for sample in third_rig.samples("position")], hold_s=60)
+
+    panel = widgets.recorder_panel(balls, tmp_path / "mine", third_rig.board, third_rig.ball)
+    asked, said = threading.Semaphore(0), []
+    panel.text.observe(lambda change: said.append(change["new"]), "value")
+    panel.play.playing = True
+    while not (said and said[-1].startswith("No board is seen")):
+        assert asked.acquire(timeout=60)
+    panel.take_ball("position")
+    assert "type in x, y and depth" in panel.text.value and not (tmp_path / "mine" / "position").exists()
+    panel.place["x"].value, panel.place["depth"].value = -20.5, 900
+    panel.take_ball("position")
+    for _ in range(8):  # half a second
+        assert asked.acquire(timeout=60)
+    panel.play.playing = False
+    panel.thread.join(60)
+    assert said[-2] == "Taken: position/000 at x -20.5, y 0, depth 900 mm." and said[-1].startswith("Ended")
 
 
 def test_a_panel_whose_page_is_gone_ends(third_rig, tmp_path):

@@ -40,6 +40,7 @@ SIDE_PX = 480  # width of one camera's picture in the panel
 SHADE = 0.55  # how strongly cells are shaded in which no board was yet
 SETS = "position", "depth"
 GAP_PX = 8  # between the two pictures
+READ_S = 3.0  # so long what happens once stays in words, before the wishes for the next picture
 
 
 class RecorderPanel(Pictured):
@@ -66,7 +67,7 @@ class RecorderPanel(Pictured):
         still: np.ndarray | None = None,
     ) -> None:  # fmt: skip
         self._open_pictures, self._out, self._board, self._ball = open_pictures, Path(out), board, ball
-        self._silent_s, self._heard_s = silent_s, 0.0
+        self._silent_s, self._heard_s, self._stays_s = silent_s, 0.0, 0.0
         self._session: Session | None = None
         self.thread: threading.Thread | None = None
         self.play = ipywidgets.Play(interval=TICK_MS, max=10**6, show_repeat=False)
@@ -108,8 +109,8 @@ class RecorderPanel(Pictured):
         """Everything from opening to closing, in the thread; whatever stops it is told beside the button."""
         try:
             with self._open_pictures() as source, self._recorder(source) as recorder:
-                if isinstance(source, CameraSource):
-                    self.text.value = " ".join(source.lock())
+                if isinstance(source, CameraSource) and (loose := source.lock()):
+                    self._tell(" ".join(loose))
                 self._session = Session(source, recorder, self._show)
                 self._session.run()
             self.text.value = f"Ended. What was taken is in {self._out}. {PRESS}"
@@ -125,11 +126,18 @@ class RecorderPanel(Pictured):
         session = self._session
         coverage = session.recorder.coverage if session is not None else None
         self.picture.value = jpeg(recorder_view(frame, state, coverage))
-        self.text.value = state.said
+        if state.taken:
+            self._tell(state.said)
+        elif time.monotonic() > self._stays_s:
+            self.text.value = state.said
         for bar in state.bars:
             self.bars[bar.name].value = bar.part
         if time.monotonic() - self._heard_s > self._silent_s and session is not None:
             session.stop()
+
+    def _tell(self, words):
+        """Something that happens once: it stays for a while, though pictures go on coming."""
+        self._stays_s, self.text.value = time.monotonic() + READ_S, words
 
     def take_ball(self, set_name: str) -> None:
         """Keep the newest pair with the ball at the place that is typed in."""
@@ -138,11 +146,14 @@ class RecorderPanel(Pictured):
             self.text.value = f"No pictures yet. {PRESS}"
             return
         place = tuple(self.place[name].value for name in ("x", "y", "depth"))
+        if not any(place):
+            self._tell("Measure first where the ball is, and type in x, y and depth. Nothing was taken.")
+            return
         try:
             name = session.recorder.take_sample(session.frame, set_name, place)
-            self.text.value = f"Taken: {set_name}/{name} at x {place[0]:g}, y {place[1]:g}, depth {place[2]:g} mm."
+            self._tell(f"Taken: {set_name}/{name} at x {place[0]:g}, y {place[1]:g}, depth {place[2]:g} mm.")
         except StereoLabError as error:
-            self.text.value = str(error)
+            self._tell(str(error))
 
 
 def recorder_panel(
