@@ -520,6 +520,19 @@ def test_what_was_taken_stays_in_words_while_pictures_come(third_rig, tmp_path):
     assert said[-2] == "Taken: position/000 at x -20.5, y 0, depth 900 mm." and said[-1].startswith("Ended")
 
 
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_panel_tells_also_what_nobody_foresaw(third_rig, tmp_path):
+    from stereo_lab import widgets
+
+    def broken():
+        raise OSError("the driver is gone")
+
+    panel = widgets.recorder_panel(broken, tmp_path / "mine", third_rig.board, third_rig.ball)
+    panel.play.playing = True
+    panel.thread.join(60)
+    assert "OSError: the driver is gone. Press play" in panel.text.value
+
+
 def test_a_panel_whose_page_is_gone_ends(third_rig, tmp_path):
     from stereo_lab.widgets import RecorderPanel
 

@@ -13,7 +13,6 @@ import ipywidgets
 import numpy as np
 
 from stereo_lab.arm import Arm, connect
-from stereo_lab.errors import StereoLabError
 from stereo_lab.live import Follower, Moment, StereoSource, VirtualBench, open_source, run
 from stereo_lab.localization import Localizer
 from stereo_lab.recording import Recording
@@ -29,6 +28,7 @@ from stereo_lab.widgets.panel import (
     answer_while_busy,
     jpeg,
     slider,
+    telling,
 )
 
 LINE_PX = 34  # of the line of words under them
@@ -126,7 +126,7 @@ class LiveCell(Pictured):
     def _work(self):
         """Everything from opening to closing, in the thread; whatever stops it is told under the buttons."""
         try:
-            with contextlib.ExitStack() as stack:
+            with telling(self.text), contextlib.ExitStack() as stack:
                 arm = self._open_arm()
                 if arm is not None:
                     stack.callback(arm.close)
@@ -142,8 +142,6 @@ class LiveCell(Pictured):
                     self._follower.follows = self.follow.value
                 moments = stack.enter_context(contextlib.closing(run(self._source, self._localizer, self._follower)))
                 self.text.value = self._show_all(moments)
-        except StereoLabError as error:
-            self.text.value = str(error)
         finally:
             self._source = self._follower = None
 

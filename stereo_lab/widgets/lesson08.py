@@ -33,6 +33,7 @@ from stereo_lab.widgets.panel import (
     fit_width,
     jpeg,
     slider,
+    telling,
 )  # fmt: skip
 
 BARS = "pairs", "left picture", "right picture", "near and far", "tilted"
@@ -108,14 +109,13 @@ class RecorderPanel(Pictured):
     def _work(self):
         """Everything from opening to closing, in the thread; whatever stops it is told beside the button."""
         try:
-            with self._open_pictures() as source, self._recorder(source) as recorder:
-                if isinstance(source, CameraSource) and (loose := source.lock()):
-                    self._tell(" ".join(loose))
-                self._session = Session(source, recorder, self._show)
-                self._session.run()
-            self.text.value = f"Ended. What was taken is in {self._out}. {PRESS}"
-        except StereoLabError as error:
-            self.text.value = str(error)
+            with telling(self.text):
+                with self._open_pictures() as source, self._recorder(source) as recorder:
+                    if isinstance(source, CameraSource) and (loose := source.lock()):
+                        self._tell(" ".join(loose))
+                    self._session = Session(source, recorder, self._show)
+                    self._session.run()
+                self.text.value = f"Ended. What was taken is in {self._out}. {PRESS}"
         finally:
             self._session = None
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import base64
 import contextlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import cv2
 import ipywidgets
 import numpy as np
+
+from stereo_lab.errors import StereoLabError
 
 # Okabe and Ito, as OpenCV counts: blue, green, red
 BLUE, ORANGE, VERMILION, BLACK, WHITE, GREY = (
@@ -90,6 +92,18 @@ def answer_while_busy(control: ipywidgets.Widget) -> None:
     """
     with contextlib.suppress(AttributeError):
         del control.comm._reply_subshell_id
+
+
+@contextlib.contextmanager
+def telling(text: ipywidgets.Label) -> Iterator[None]:
+    """What ends a thread is told in the label, for no page shows what a thread raises. What nobody foresaw goes on, to the log."""
+    try:
+        yield
+    except StereoLabError as error:
+        text.value = str(error)
+    except Exception as error:
+        text.value = f"Ended by what nobody foresaw, {type(error).__name__}: {error}. {PRESS}"
+        raise
 
 
 def jpeg(picture: np.ndarray) -> bytes:
