@@ -68,7 +68,7 @@ def watch():  # from outside: whether the run goes on, where ball and arm are, a
 threading.Thread(target=watch, daemon=True).start()""",
     "panel",
     "print('free')",
-    "time.sleep(15)",
+    "while not Path('enough').exists():\n    time.sleep(0.1)",
 )
 MARKING = (
     """from stereo_lab import widgets
@@ -179,7 +179,9 @@ def test_panels_answer_the_keyboard(server, browser):
 def test_the_live_cell_is_seen_steered_and_stopped(server, browser):
     """Play, pictures that change, a ball that is dragged and an arm behind it; stop while another cell is busy; a closed tab."""
     page = browser.chromium.new_page(viewport={"width": 1400, "height": 1200})
-    _run_all_cells(page, server.page("live"), browser.late)  # the last cell is busy for a while; nothing is pressed yet
+    enough = server.folder / "enough"  # until it is there, the last cell is busy
+    enough.touch()
+    _run_all_cells(page, server.page("live"), browser.late)  # nothing is pressed yet
     text, picture = page.locator(".widget-label").last, page.locator(".widget-image").first
     play, stop = page.locator(".widget-play button").nth(0), page.locator(".widget-play button").nth(1)
     assert not seen(server)[0]
@@ -201,16 +203,14 @@ def test_the_live_cell_is_seen_steered_and_stopped(server, browser):
     until(lambda: seen(server)[1][0][0] <= ball[0] - 50)
     until(lambda: max(abs(a - b) for a, b in zip(seen(server)[1][1], links, strict=True)) > 3)  # the arm goes after it
 
-    run_cell(page, 3)  # busy for 15 s
-    began = time.monotonic()
-    page.wait_for_timeout(1500)
+    enough.unlink()
+    run_cell(page, 3)
+    busy = page.locator(".jp-CodeCell").nth(3).locator(".jp-InputPrompt")
+    until(lambda: busy.inner_text() == "[*]:")
     stop.click()
-    until(lambda: not seen(server)[0])
-    assert (
-        text.inner_text().startswith("Ended")
-        and page.locator(".jp-CodeCell").nth(3).locator(".jp-InputPrompt").inner_text() == "[*]:"
-    )
-    assert time.monotonic() - began < 14
+    until(lambda: not seen(server)[0] and text.inner_text().startswith("Ended"))
+    assert busy.inner_text() == "[*]:"
+    enough.touch()
     page.wait_for_function(ALL_RUN, timeout=60_000)
     run_cell(page, 2)  # the kernel is free
     page.wait_for_function("() => document.body.innerText.includes('free')", timeout=20_000)
@@ -220,9 +220,7 @@ def test_the_live_cell_is_seen_steered_and_stopped(server, browser):
     server_mb = psutil.Process(server.process.pid).memory_info().rss / 1e6
     kernel_mb = seen(server)[2]
     page.close()  # the tab, in mid-run
-    closed = time.monotonic()
-    until(lambda: not seen(server)[0])
-    assert time.monotonic() - closed < 12  # 5 s of silence, and what a busy computer needs
+    until(lambda: not seen(server)[0], 30)  # 5 s of silence, and what a busy computer needs
     time.sleep(2)
     assert psutil.Process(server.process.pid).memory_info().rss / 1e6 < server_mb + 40
     assert seen(server)[2] < kernel_mb + 40
