@@ -63,6 +63,11 @@ def real_pictures():
     return Path(folder)
 
 
+def slow_after_first(*cases):
+    """Cases for ``parametrize``: the first is always asked, the others where slow tests are."""
+    return [cases[0], *(pytest.param(case, marks=pytest.mark.slow) for case in cases[1:])]
+
+
 def skip_unless_ci(reason):
     """Skip, saying why; where STEREO_LAB_NO_SKIPS is set, a skip is a failure."""
     if os.environ.get("STEREO_LAB_NO_SKIPS"):

@@ -220,7 +220,7 @@ def test_the_live_cell_is_seen_steered_and_stopped(server, browser):
     server_mb = psutil.Process(server.process.pid).memory_info().rss / 1e6
     kernel_mb = seen(server)[2]
     page.close()  # the tab, in mid-run
-    until(lambda: not seen(server)[0], 30)  # 5 s of silence, and what a busy computer needs
+    until(lambda: not seen(server)[0], 12)  # 5 s of silence, and what a busy computer needs
     time.sleep(2)
     assert psutil.Process(server.process.pid).memory_info().rss / 1e6 < server_mb + 40
     assert seen(server)[2] < kernel_mb + 40

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from conftest import ROOT
+from conftest import ROOT, slow_after_first
 from stereo_lab.calibration import StereoCalibration, calibrate_stereo, match_order, store
 from stereo_lab.calibration.cameras import ARRAYS
 from stereo_lab.calibration.corners import _neighbours, find_corners
@@ -201,9 +201,7 @@ def test_swapped_cameras_are_named(bench):
         calibrate_stereo(pairs, bench.board)
 
 
-@pytest.mark.parametrize(
-    "said", [(10, 7), pytest.param((8, 5), marks=pytest.mark.slow), pytest.param((7, 10), marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("said", slow_after_first((10, 7), (8, 5), (7, 10)))
 def test_wrong_board_size_is_named(bench, said):
     with pytest.raises(CalibrationError, match=r"9x6|6x9"):
         calibrate_stereo(bench.pairs("calibration")[:3], Board(*said, 25.0))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from rigs import BOARD, bent_board, hold, known_rig, turned
 
+from conftest import slow_after_first
 from stereo_lab import cli
 from stereo_lab.doctor import FAULTS, admit, check_recording, healthy, spoil
 from stereo_lab.doctor.boards import Boards
@@ -21,7 +22,6 @@ from stereo_lab.recording import import_images, open_recording
 from stereo_lab.recording.sample import Board
 
 PAIRS = 20
-SEEDS = [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))]  # of what takes long
 
 
 def taken(seed, rigs=1, change=None):
@@ -152,7 +152,7 @@ def test_a_camera_that_zoomed(seed, side, percent):
 
 
 @pytest.mark.parametrize("px", [0.5, 3.0, 12.0])
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", slow_after_first(0, 1, 2))
 def test_pictures_that_slip_as_a_whole(seed, px):
     rng, boards, _ = taken(seed)
     slipped = {side: getattr(boards, side) + rng.normal(0, px, (PAIRS, 1, 2)) for side in ("left", "right")}
@@ -161,7 +161,7 @@ def test_pictures_that_slip_as_a_whole(seed, px):
 
 
 @pytest.mark.parametrize(("mm", "degrees"), [(0.5, 0.2), (2.0, 1.0), (8.0, 3.0)])
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", slow_after_first(0, 1, 2))
 def test_boards_that_move_between_the_two_pictures(seed, mm, degrees):
     """A hand moves a board and turns it: no shift of a picture explains that."""
     rng = np.random.default_rng([seed, 3])
@@ -376,7 +376,7 @@ def test_patients_have_what_they_are_said_to_have(tmp_path):
         admit(tmp_path)
 
 
-@pytest.mark.parametrize("seat", [1, *(pytest.param(seat, marks=pytest.mark.slow) for seat in (2, 3, 4))])
+@pytest.mark.parametrize("seat", slow_after_first(1, 2, 3, 4))
 def test_each_seat_has_a_slip_of_its_own(seat, tmp_path):
     """Another line for each, where one number alone is what was typed with a digit more and what the cameras say."""
     well = healthy(seat)

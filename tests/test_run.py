@@ -14,7 +14,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from conftest import ROOT
+from conftest import ROOT, slow_after_first
 from stereo_lab import cli
 from stereo_lab.arm import connect
 from stereo_lab.arm.virtual.served import served_arm
@@ -457,7 +457,7 @@ def test_usage_is_told_in_parts_of_one_core(monkeypatch):
 # the commands
 
 
-WITH_ARM = [[], pytest.param(["--arm", "virtual://arm"], marks=pytest.mark.slow)]  # which is homed by the clock
+WITH_ARM = slow_after_first([], ["--arm", "virtual://arm"])  # which is homed by the clock
 
 
 @pytest.mark.parametrize("arm", WITH_ARM, ids=["alone", "arm"])
