@@ -154,6 +154,29 @@ def test_an_egg_is_less_probable_than_a_ball():
     assert image.shape == egg.shape and logits[0] > logits[1] + 1
 
 
+def test_half_a_ball_and_an_egg_differ_in_their_arcs():
+    """Half a ball behind a board has one long arc of rim on its circle, and nothing beyond it. An egg's outline crosses it four times."""
+    ball = draw_ball((0, 0, 500), ground=(120, 120, 120))[0]
+    hidden = ball.copy()
+    hidden[240 + 8 :] = 120
+    egg = cv2.warpAffine(ball, np.array([[1.25, 0, -80], [0, 1 / 1.25, 48]]), (640, 480), borderValue=(120,) * 3)
+    whole, half, oval = (
+        dict(zip(judge.EVIDENCE, BallDetector("red", "cone", CAMERA).things(picture)[0].evidence, strict=True))
+        for picture in (ball, hidden, egg)
+    )
+    assert whole["longest arc"] == 1 and 0.4 < half["longest arc"] < 0.75 and oval["longest arc"] < 0.4
+    assert max(whole["beyond"], half["beyond"]) < oval["beyond"] - 1
+    assert max(whole["unsure"], half["unsure"]) < oval["unsure"] - 1
+
+
+def test_the_longest_arc_goes_on_where_the_rays_begin_anew():
+    edged = np.zeros(RAYS, bool)
+    edged[[0, 1, 2, 3, 10, 11, 12, 13, 14, -2, -1]] = True
+    assert judge._longest_arc(edged) == 6 / RAYS
+    assert judge._longest_arc(edged[::-1]) == 6 / RAYS
+    assert judge._longest_arc(np.zeros(RAYS, bool)) == 0 and judge._longest_arc(np.ones(RAYS, bool)) == 1
+
+
 def test_lobes_are_the_waves_of_the_outline():
     """An oval that swells by a tenth of its radius in two places: the root of the mean square of that wave."""
     swell = 2.0 * np.cos(2 * ANGLE)

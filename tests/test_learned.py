@@ -62,7 +62,10 @@ def test_twenty_pictures_are_enough(rooms):
 
 
 def test_probabilities_come_true_in_rooms_never_seen(rooms):
-    """In pictures never trained on: of the things told p, in each tenth, p are the ball, to 0.1 and what chance explains."""
+    """In pictures never trained on: of the things told p, in each tenth, p are the ball, to 0.1 and what chance explains.
+
+    Tenths of ten things and more: fewer tell nothing. All that is told 0.25 to 0.75 is too sure of itself here, as lesson 02 shows.
+    """
     probabilities, true = [], []
     for frame in (frame for room in rooms for frame in room):
         kept, p = frame.ranked(SHIPPED)
@@ -70,7 +73,8 @@ def test_probabilities_come_true_in_rooms_never_seen(rooms):
         true += [is_right(tuple(frame.things[k]), frame.circle) for k in kept]
     mean, share, count = reliability(probabilities, true)
     chance = 2 * np.sqrt(mean * (1 - mean) / np.maximum(count, 1))
-    assert (np.abs(mean - share) < 0.1 + chance)[count > 0].all(), (mean, share, count)
+    assert (np.abs(mean - share) < 0.1 + chance)[count >= 10].all(), (mean, share, count)
+    assert (count[[0, -1]] > 100).all() and share[0] < 0.01 and share[-1] > 0.97
 
 
 def test_what_is_kept_of_clutter_is_of_this_program(rooms, bench):
@@ -105,7 +109,7 @@ def test_a_start_is_kept_where_nothing_speaks_against_it(rooms):
     train, _ = rooms
     near = learn(train[:20]).weight - SHIPPED.weight
     assert 0 < np.abs(near).max() < 0.5 < np.abs(learn(train[:20], None).weight - SHIPPED.weight).max()
-    assert np.allclose(training.flat(SHIPPED)[1:12], SHIPPED.weight)
+    assert np.allclose(training.flat(SHIPPED)[1 : 1 + len(EVIDENCE)], SHIPPED.weight)
 
 
 def test_what_judges_was_not_learned_from(rooms):
@@ -115,7 +119,7 @@ def test_what_judges_was_not_learned_from(rooms):
         Frame(
             None if k % 3 == 0 else (50.0, 50.0, 10.0),
             np.array([[50.0, 50.0, 10.0], [200.0, 50.0, 10.0]]),
-            rng.normal(size=(2, 11)),
+            rng.normal(size=(2, len(EVIDENCE))),
         )
         for k in range(36)
     ]  # evidence that tells nothing: whoever is right here has seen the answers
@@ -298,8 +302,8 @@ def test_a_film_is_marked_by_the_numbers_of_its_frames(tmp_path, capsys):
 
 
 def test_other_ways_are_judged_by_the_same_rule():
-    frames = [Frame((50.0, 50.0, 20.0), np.zeros((0, 3)), np.zeros((0, 11)))] * 3 + [
-        Frame(None, np.zeros((0, 3)), np.zeros((0, 11)))
+    frames = [Frame((50.0, 50.0, 20.0), np.zeros((0, 3)), np.zeros((0, len(EVIDENCE))))] * 3 + [
+        Frame(None, np.zeros((0, 3)), np.zeros((0, len(EVIDENCE))))
     ] * 2
     said = [(54.0, 50.0, 9.0), (60.0, 50.0, 20.0), None, None, (1.0, 1.0, 5.0)]
     assert answers(frames, said) == Score(3, 1, 2, 1)
@@ -340,7 +344,7 @@ def test_pixels_and_evidence_are_tables_of_the_same_things(rooms):
     room = open_recording(ROOT / "data" / "clutter")
     frames = rooms[0][:3]
     tables = learned.described([pair.left for pair in room.pairs("snaps")[:3]], frames)
-    assert {how: table[2].shape[1] for how, table in tables.items()} == {"pixels": 576, "HOG": 72, "evidence": 11}
+    assert {how: table[2].shape[1] for how, table in tables.items()} == {"pixels": 576, "HOG": 72, "evidence": len(EVIDENCE)}
     kept = frames[2].ranked(SHIPPED)[0]
     assert np.array_equal(tables["evidence"][2], frames[2].evidence[kept])
     told = learned.asked(

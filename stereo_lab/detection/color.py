@@ -29,7 +29,7 @@ LIGHTNESS, SATURATION = (25, 235), (70, 255)
 WARM, FADE = 3, 6
 # How colourful, (greatest − least) / greatest channel: not at all the ball's colour, and fully. Balls are strongly coloured,
 # skin and wood are not; but greens are often pale, and hardly anything else in a room is green
-COLORFUL = {"green": (0.15, 0.35)}
+COLORFUL = {"green": (0.10, 0.25)}
 USUALLY = (0.25, 0.75)
 
 

@@ -5,6 +5,7 @@ The picture of the ball is that cone cut by the image plane: an ellipse, whose m
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import cv2
@@ -59,6 +60,12 @@ class Cone(NamedTuple):
     @property
     def sigmas_px(self) -> tuple[float, float]:
         """Standard deviations of the centre's u, taken for v too, and of the radius; where the edges tell nothing, the look's."""
+        across, along = self.scatter_px
+        return across, min(math.hypot(along, SHARPENED_PX), self.look.r)
+
+    @property
+    def scatter_px(self) -> tuple[float, float]:
+        """The same by how the edges scatter alone: nothing for what moves the whole rim."""
         focal, (x, y, z) = float(self.look.camera[0][0, 0]), self.axis.tolist()
         told, covariance = cv2.invert(self.information, flags=cv2.DECOMP_CHOLESKY)
         (xx, _, xz), _, (_, _, zz) = covariance.tolist()
@@ -67,7 +74,7 @@ class Cone(NamedTuple):
         if not told or across < 0 or along < 0:
             return self.look.r, self.look.r
         size = focal * focal / (x * x + y * y + z * z - 1)
-        return min(focal / z * across**0.5, self.look.r), min((size * along + SHARPENED_PX**2) ** 0.5, self.look.r)
+        return min(focal / z * across**0.5, self.look.r), min((size * along) ** 0.5, self.look.r)
 
 
 def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:

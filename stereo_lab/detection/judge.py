@@ -65,10 +65,13 @@ def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
 
     Contrast of likeness between inside and outside, and likeness just within the rim. Of the rays in the picture: those with
     a light edge on the cone (rim), those where the colour ends there (ends). Of all rays: those where it goes on without an
-    edge (overflow), those in the picture (seen). Lobes: how much the outline swells in two to four places, as an egg's or a box's does, by the light
-    and by the colour; astray: how far from the rim the colour ends on average. Shade: how
-    much lighter one side is; a printed disc is even, but so is a ball in even light. Unique: the part of all pixels of this colour that it has. Size is no evidence: how
-    large a ball looks tells of the camera that took the pictures.
+    edge (overflow), those in the picture (seen), and the longest arc without a break that has an edge on the cone: half of a
+    ball that looks out behind something is one, an egg's outline crosses its circle four times. Beyond: how far edges lie
+    outside the cone on average; what hides a ball only cuts it off. Unsure: the standard deviation of the radius, in radii,
+    by how the edges scatter. Lobes: how much the outline swells in two to four places, as
+    an egg's or a box's does, by the light and by the colour; astray: how far from the rim the colour ends on average. Shade:
+    how much lighter one side is; a printed disc is even, but so is a ball in even light. Unique: the part of all pixels of
+    this colour that it has. Size is no evidence: how large a ball looks tells of the camera that took the pictures.
     """
     look, r = cone.look, cone.outline_px
     (light_off, light_weight), (color_off, color_weight) = look.ball_edge, look.color_edge
@@ -78,6 +81,7 @@ def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
     astray = np.abs(color_gaps)
     on = light_clear & (np.abs(light_gaps) < max(ON_PX, ON * r))
     ends = color_clear & (astray < max(ENDS_PX, ENDS * r))
+    edged = on | ends
     beyond = (look.off - rim[:, None]).astype(np.float32)
     margin = max(RIM * r, RIM_PX)
     outer, inner = (beyond > margin).astype(np.float32), beyond < -margin
@@ -89,7 +93,7 @@ def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
         (within - outside @ look.seen / seen) / 255,
         np.count_nonzero(on) / seen,
         np.count_nonzero(ends) / seen,
-        np.count_nonzero(~(on | ends) & (outside > OUTSIDE)) / RAYS,
+        np.count_nonzero(~edged & (outside > OUTSIDE)) / RAYS,
         math.log(_lobes(light_gaps, light_clear, LIGHT_LOBES, r) + 0.01),
         math.log(_lobes(color_gaps, color_clear, COLOR_LOBES, r) + 0.01),
         math.log(astray @ color_clear / (r * max(1, int(np.count_nonzero(color_clear)))) + 0.01),
@@ -97,6 +101,9 @@ def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
         min(1.2, fill * np.pi * r * r / max(1.0, colored_px)),
         seen / RAYS,
         within / 255,
+        _longest_arc(edged),
+        math.log(np.maximum(light_gaps, 0) @ light_clear / (r * max(1, int(np.count_nonzero(light_clear)))) + 0.005),
+        math.log(cone.scatter_px[1] / r + 0.001),
     ])  # fmt: skip
 
 
@@ -111,6 +118,12 @@ def _inside(cone):
     mean = max(1.0, float(bright.sum()) / count)
     slope = (DISC @ (bright - np.float32(mean) * ours)).tolist()
     return np.count_nonzero(ours) / len(ours), 1.7 * math.hypot(*slope) / (count * DISC_SPREAD * mean)
+
+
+def _longest_arc(edged):
+    """The longest run of neighbouring rays, part of all."""
+    breaks = np.flatnonzero(~edged)
+    return (np.diff(breaks, append=breaks[0] + RAYS).max() - 1) / RAYS if len(breaks) else 1.0
 
 
 def _lobes(gaps, clear, most, r):

@@ -30,7 +30,7 @@ class Frame(NamedTuple):
     """What is seen in one marked picture.
 
     ``circle``: the mark, or None where no ball is. ``things``: circles of all that may be the ball, shape (n, 3), px.
-    ``evidence``: shape (n, 11).
+    ``evidence``: shape (n, len(EVIDENCE)).
     """
 
     circle: Circle | None

@@ -272,7 +272,7 @@ def rows_of(*names: str) -> Rows:
 
     Parameters
     ----------
-    names : "s101" to "s106", rendered; "green_ball" and "orange_ball", real
+    names : "s101" to "s104" and "s201" to "s206", rendered; "green_ball" and "orange_ball", real
     """
     picture, ball, evidence = [], [], []
     for name in names:
