@@ -344,7 +344,11 @@ def test_pixels_and_evidence_are_tables_of_the_same_things(rooms):
     room = open_recording(ROOT / "data" / "clutter")
     frames = rooms[0][:3]
     tables = learned.described([pair.left for pair in room.pairs("snaps")[:3]], frames)
-    assert {how: table[2].shape[1] for how, table in tables.items()} == {"pixels": 576, "HOG": 72, "evidence": len(EVIDENCE)}
+    assert {how: table[2].shape[1] for how, table in tables.items()} == {
+        "pixels": 576,
+        "HOG": 72,
+        "evidence": len(EVIDENCE),
+    }
     kept = frames[2].ranked(SHIPPED)[0]
     assert np.array_equal(tables["evidence"][2], frames[2].evidence[kept])
     told = learned.asked(
