@@ -96,13 +96,13 @@ def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
         np.count_nonzero(~edged & (outside > OUTSIDE)) / RAYS,
         math.log(_lobes(light_gaps, light_clear, LIGHT_LOBES, r) + 0.01),
         math.log(_lobes(color_gaps, color_clear, COLOR_LOBES, r) + 0.01),
-        math.log(astray @ color_clear / (r * max(1, int(np.count_nonzero(color_clear)))) + 0.01),
+        math.log(_mean(astray, color_clear, r) + 0.01),
         math.log(shade + 0.02),
         min(1.2, fill * np.pi * r * r / max(1.0, colored_px)),
         seen / RAYS,
         within / 255,
         _longest_arc(edged),
-        math.log(np.maximum(light_gaps, 0) @ light_clear / (r * max(1, int(np.count_nonzero(light_clear)))) + 0.005),
+        math.log(_mean(np.maximum(light_gaps, 0), light_clear, r) + 0.005),
         math.log(cone.scatter_px[1] / r + 0.001),
     ])  # fmt: skip
 
@@ -118,6 +118,11 @@ def _inside(cone):
     mean = max(1.0, float(bright.sum()) / count)
     slope = (DISC @ (bright - np.float32(mean) * ours)).tolist()
     return np.count_nonzero(ours) / len(ours), 1.7 * math.hypot(*slope) / (count * DISC_SPREAD * mean)
+
+
+def _mean(px, clear, r):
+    """Mean over the clear rays, in radii."""
+    return px @ clear / (r * max(1, int(np.count_nonzero(clear))))
 
 
 def _longest_arc(edged):
