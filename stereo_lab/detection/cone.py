@@ -36,6 +36,7 @@ class Cone(NamedTuple):
     ``look``; ``off``: how far beyond its circle the edge lies on each ray; ``weights`` of these edges; ``gap``: how far
     beyond the cone they lie. ``on``: part of the rays in the picture whose edge lies on the cone. ``axis``: a', shape (3,).
     ``information``: how well it is known, the inverse of its covariance, shape (3, 3), by how the edges scatter.
+    ``scatter_px``: by that alone, the standard deviations of the centre's u, taken for v too, and of the radius.
     ``smeared``: the ball moved while the shutter was open, or looks as if it had: its edge scatters, however one looks.
     """
 
@@ -50,6 +51,7 @@ class Cone(NamedTuple):
     on: float
     axis: np.ndarray
     information: np.ndarray
+    scatter_px: tuple[float, float]
     smeared: bool = False
 
     @property
@@ -59,22 +61,9 @@ class Cone(NamedTuple):
 
     @property
     def sigmas_px(self) -> tuple[float, float]:
-        """Standard deviations of the centre's u, taken for v too, and of the radius; where the edges tell nothing, the look's."""
+        """The standard deviations, with what moves the whole rim; where the edges tell nothing, the look's radius."""
         across, along = self.scatter_px
         return across, min(math.hypot(along, SHARPENED_PX), self.look.r)
-
-    @property
-    def scatter_px(self) -> tuple[float, float]:
-        """The same by how the edges scatter alone: nothing for what moves the whole rim."""
-        focal, (x, y, z) = float(self.look.camera[0][0, 0]), self.axis.tolist()
-        told, covariance = cv2.invert(self.information, flags=cv2.DECOMP_CHOLESKY)
-        (xx, _, xz), _, (_, _, zz) = covariance.tolist()
-        across = xx - 2 * x / z * xz + x * x / (z * z) * zz  # of x/z, times z²
-        along = float(self.axis.dot(covariance).dot(self.axis))
-        if not told or across < 0 or along < 0:
-            return self.look.r, self.look.r
-        size = focal * focal / (x * x + y * y + z * z - 1)
-        return min(focal / z * across**0.5, self.look.r), min((size * along) ** 0.5, self.look.r)
 
 
 def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
@@ -119,7 +108,21 @@ def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
     information = sums[:, :3] * (look.r / tan2 / spread_px(middle)) ** 2
     outline = radius * stretch
     on = np.count_nonzero((away < max(ON_PX, ON * outline)) & clear) / max(1, int(np.count_nonzero(look.seen)))
-    return Cone(u, v, outline, radius, look, off, weights, gap, on, axis, information)
+    scatter = _scatter_px(axis, information, float(look.camera[0][0, 0]), look.r)
+    return Cone(u, v, outline, radius, look, off, weights, gap, on, axis, information, scatter)
+
+
+def _scatter_px(axis, information, focal, most):
+    """Standard deviations of the centre's u and of the radius, ``most`` at most."""
+    x, y, z = axis.tolist()
+    told, covariance = cv2.invert(information, flags=cv2.DECOMP_CHOLESKY)
+    (xx, _, xz), _, (_, _, zz) = covariance.tolist()
+    across = xx - 2 * x / z * xz + x * x / (z * z) * zz  # of x/z, times z²
+    along = float(axis.dot(covariance).dot(axis))
+    if not told or across < 0 or along < 0:
+        return most, most
+    size = focal * focal / (x * x + y * y + z * z - 1)
+    return min(focal / z * across**0.5, most), min((size * along) ** 0.5, most)
 
 
 def tukey(off: np.ndarray, limit: float) -> np.ndarray:

@@ -82,9 +82,9 @@ def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
     on = light_clear & (np.abs(light_gaps) < max(ON_PX, ON * r))
     ends = color_clear & (astray < max(ENDS_PX, ENDS * r))
     edged = on | ends
-    beyond = (look.off - rim[:, None]).astype(np.float32)
+    past = (look.off - rim[:, None]).astype(np.float32)
     margin = max(RIM * r, RIM_PX)
-    outer, inner = (beyond > margin).astype(np.float32), beyond < -margin
+    outer, inner = (past > margin).astype(np.float32), past < -margin
     outside = (look.like * outer) @ EACH / (outer @ EACH + 1e-3)
     within = float(np.vdot(look.like, inner)) / (np.count_nonzero(inner) + 1e-3)
     seen = max(1, int(np.count_nonzero(look.seen)))
@@ -127,8 +127,8 @@ def _mean(px, clear, r):
 
 def _longest_arc(edged):
     """The longest run of neighbouring rays, part of all."""
-    breaks = np.flatnonzero(~edged)
-    return (np.diff(breaks, append=breaks[0] + RAYS).max() - 1) / RAYS if len(breaks) else 1.0
+    arcs = (2 * edged.tobytes()).split(b"\0")  # twice round, for an arc may cross the first ray
+    return min(max(map(len, arcs)), RAYS) / RAYS
 
 
 def _lobes(gaps, clear, most, r):
@@ -144,18 +144,18 @@ def _lobes(gaps, clear, most, r):
 def ranking(things: list[Thing]) -> list[tuple[Thing, float]]:
     """Each distinct thing with the probability that it, and not another thing or none, is the ball; best first."""
     kept, told = distinct([t.cone.circle for t in things], [t.logit for t in things])
-    return [(things[k], float(p)) for k, p in zip(kept, told, strict=True)]
+    return [(things[k], p) for k, p in zip(kept, told, strict=True)]
 
 
-def distinct(circles: Sequence[Circle], logits: Sequence[float]) -> tuple[list[int], np.ndarray]:
+def distinct(circles: Sequence[Circle], logits: Sequence[float]) -> tuple[list[int], list[float]]:
     """The numbers of the distinct things, most probable first, and how probable each is: two looks at one tell less than looks at two."""
     kept: list[int] = []
     for k in sorted(range(len(circles)), key=lambda k: -logits[k]):
         u, v, r = circles[k]
         if all(math.hypot(u - circles[j][0], v - circles[j][1]) >= SAME * max(r, circles[j][2]) for j in kept):
             kept.append(k)
-    odds = np.exp([min(logits[k], MOST_LOGIT) for k in kept])
-    return kept, odds / (1 + odds.sum())
+    odds = [math.exp(min(logits[k], MOST_LOGIT)) for k in kept]
+    return kept, [one / (1 + sum(odds)) for one in odds]
 
 
 def sureness(things: list[Thing]) -> float:

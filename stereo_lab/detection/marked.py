@@ -46,7 +46,7 @@ class Frame(NamedTuple):
         away = np.hypot(self.things[:, 0] - u, self.things[:, 1] - v)
         return (away < CENTRE * r) & (np.abs(self.things[:, 2] - r) < SIZE * r + 1)
 
-    def ranked(self, weights: Weights) -> tuple[list[int], np.ndarray]:
+    def ranked(self, weights: Weights) -> tuple[list[int], list[float]]:
         """Numbers of the distinct things, most probable first, and how probable each is."""
         return distinct(self.things.tolist(), weights.logits(self.evidence).tolist())
 
@@ -55,7 +55,7 @@ class Frame(NamedTuple):
         kept, told = self.ranked(weights)
         if not kept:
             return None, 0.0
-        return (tuple(self.things[kept[0]]) if told[0] >= BALL else None), float(told[0])
+        return (tuple(self.things[kept[0]]) if told[0] >= BALL else None), told[0]
 
 
 class Score(NamedTuple):

@@ -103,8 +103,7 @@ def _best(calibration, diameter_mm, left, right):
     if told[0] < BALL:
         return None
     one, other, _ = pairs[kept[0]]
-    score = float(told[0])
-    return replace(one, score=score), replace(other, score=score)
+    return replace(one, score=told[0]), replace(other, score=told[0])
 
 
 def size_errors(
