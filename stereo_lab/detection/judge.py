@@ -126,9 +126,8 @@ def _mean(px, clear, r):
 
 
 def _longest_arc(edged):
-    """The longest run of neighbouring rays, part of all."""
-    arcs = (2 * edged.tobytes()).split(b"\0")  # twice round, for an arc may cross the first ray
-    return min(max(map(len, arcs)), RAYS) / RAYS
+    """The longest run of neighbouring rays, part of all: twice round, for it may cross the first ray."""
+    return min(max(map(len, (2 * edged.tobytes()).split(b"\0"))), RAYS) / RAYS
 
 
 def _lobes(gaps, clear, most, r):
