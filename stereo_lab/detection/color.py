@@ -27,9 +27,9 @@ HUES = {
 LIGHTNESS, SATURATION = (25, 235), (70, 255)
 # For ours: hues may lie so far outside, for lamps are warm and cameras differ, and then fall off over as many as FADE
 WARM, FADE = 3, 6
-# How colourful, (greatest − least) / greatest channel: not at all the ball's colour, and fully. Balls are strongly coloured,
-# skin and wood are not; but greens are often pale, and hardly anything else in a room is green
-COLORFUL = {"green": (0.10, 0.25)}
+# How colourful, (greatest − least) / greatest channel: not at all the ball's colour, and fully. Greens are often pale, and
+# hardly anything else in a room is green; but skin, wood and cardboard are a pale orange
+COLORFUL = {"green": (0.10, 0.25), "orange": (0.35, 0.75)}
 USUALLY = (0.25, 0.75)
 
 

@@ -25,6 +25,8 @@ ENDS_PX, ENDS = 0.8, 0.08  # px, or of the radius: so near to the cone the colou
 RIM_PX, RIM = 1.2, 0.06  # so far to both sides of the cone is neither inside nor outside
 SAME = 0.5  # of the radius: things nearer than this are one
 LIGHT_LOBES, COLOR_LOBES = 0.2, 0.3  # radii: an edge farther off the rim is another thing's
+# All three channels tell of shade: in hard light the greatest one is full all over a ball, and below DIM, of 255, one is mostly noise
+DIM = 64
 FEW_RAYS, USUAL_LOBES = 12, 0.06  # too few clear rays tell no lobes
 MOST_LOGIT = 50.0  # beyond it all is certain, and the odds stay a number
 
@@ -71,7 +73,8 @@ def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
     by how the edges scatter. Lobes: how much the outline swells in two to four places, as
     an egg's or a box's does, by the light and by the colour; astray: how far from the rim the colour ends on average. Shade:
     how much lighter one side is; a printed disc is even, but so is a ball in even light. Unique: the part of all pixels of
-    this colour that it has. Size is no evidence: how large a ball looks tells of the camera that took the pictures.
+    this colour that it has. Size is no evidence: how large a ball looks tells of the camera that took the pictures. Nor is how
+    sharp its rim is: in the logarithms of astray and beyond a tenth and a twentieth of a radius are added, so that less tells little.
     """
     look, r = cone.look, cone.outline_px
     (light_off, light_weight), (color_off, color_weight) = look.ball_edge, look.color_edge
@@ -96,28 +99,28 @@ def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
         np.count_nonzero(~edged & (outside > OUTSIDE)) / RAYS,
         math.log(_lobes(light_gaps, light_clear, LIGHT_LOBES, r) + 0.01),
         math.log(_lobes(color_gaps, color_clear, COLOR_LOBES, r) + 0.01),
-        math.log(_mean(astray, color_clear, r) + 0.01),
+        math.log(_mean(astray, color_clear, r) + 0.1),
         math.log(shade + 0.02),
         min(1.2, fill * np.pi * r * r / max(1.0, colored_px)),
         seen / RAYS,
         within / 255,
         _longest_arc(edged),
-        math.log(_mean(np.maximum(light_gaps, 0), light_clear, r) + 0.005),
+        math.log(_mean(np.maximum(light_gaps, 0), light_clear, r) + 0.05),
         math.log(cone.scatter_px[1] / r + 0.001),
     ])  # fmt: skip
 
 
 def _inside(cone):
-    """Part of the inside that has the ball's colour, and how much its brightness changes across it."""
+    """Part of the inside that has the ball's colour, and by what part each channel's light changes from the middle to the rim."""
     look, r = cone.look, np.float32(cone.outline_px)
     x, y = DISC[0] * r + np.float32(cone.u - look.left), DISC[1] * r + np.float32(cone.v - look.top)
     colors = cv2.remap(look.patch, x, y, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
-    ours = look.color.likeness(colors).ravel() > PERHAPS
+    ours = look.color.likeness(colors)[0, :, None] > PERHAPS
     count = max(1, np.count_nonzero(ours))
-    bright = colors.max(2).ravel() * ours
-    mean = max(1.0, float(bright.sum()) / count)
-    slope = (DISC @ (bright - np.float32(mean) * ours)).tolist()
-    return np.count_nonzero(ours) / len(ours), 1.7 * math.hypot(*slope) / (count * DISC_SPREAD * mean)
+    light = (colors[0] * ours).astype(np.float32)
+    mean = light.sum(0) / count
+    slope = DISC @ (light - mean * ours) / np.maximum(mean, DIM)
+    return count / len(ours), math.hypot(*slope.ravel().tolist()) / (count * DISC_SPREAD)
 
 
 def _mean(px, clear, r):
