@@ -22,6 +22,7 @@ ROW_PX, ROW_OF_RADIUS = 2.0, 0.1  # rows of the two centres may differ by this
 SIZE, SIZE_PX = 0.15, 1.0  # the ball's size may seem this much wrong, and so many px
 # Log odds that row and size speak for a pair: of two other things few agree. Less by how much the size is off, in usual errors
 AGREE, USUAL, USUAL_PX = 4.0, 0.02, 0.2
+BELIEVED = 3.0  # log odds: however sure one picture is, it does not make up for what the other one surely does not see
 STEP = 0.5  # radii: so densely the other picture is looked at along the line where the ball must be
 
 Looks = Sequence[tuple[BallDetector, np.ndarray]]  # left and right: a detector and the picture that it looks at
@@ -96,7 +97,7 @@ def _best(calibration, diameter_mm, left, right):
         for other, b in right:
             errors = size_errors(calibration, diameter_mm, one, other)
             if errors is not None:
-                pairs.append((one, other, a + b + AGREE - sum(errors)))
+                pairs.append((one, other, min(a, BELIEVED) + min(b, BELIEVED) + AGREE - sum(errors)))
     if not pairs:
         return None
     kept, told = distinct([(p[0].u, p[0].v, p[0].radius_px) for p in pairs], [p[2] for p in pairs])
