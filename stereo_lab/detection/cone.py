@@ -103,26 +103,26 @@ def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
             break
         used = weights * tukey(away, max(least, SCATTERED * middle))
     u, v = look.pixel(axis)
-    radius = float(look.camera[0][0, 0]) * tan2**0.5
+    focal = float(look.camera[0][0, 0])
+    radius = focal * tan2**0.5
     stretch = ((tan2 + 1) ** 0.5 / z) ** 1.5  # the ellipse is longer away from the middle of the picture
     information = sums[:, :3] * (look.r / tan2 / spread_px(middle)) ** 2
     outline = radius * stretch
     on = np.count_nonzero((away < max(ON_PX, ON * outline)) & clear) / max(1, int(np.count_nonzero(look.seen)))
-    scatter = _scatter_px(axis, information, float(look.camera[0][0, 0]), look.r)
+    scatter = _scatter_px(axis, information, focal, tan2, look.r)
     return Cone(u, v, outline, radius, look, off, weights, gap, on, axis, information, scatter)
 
 
-def _scatter_px(axis, information, focal, most):
+def _scatter_px(axis, information, focal, tan2, most):
     """Standard deviations of the centre's u and of the radius, ``most`` at most."""
-    x, y, z = axis.tolist()
+    x, _, z = axis.tolist()
     told, covariance = cv2.invert(information, flags=cv2.DECOMP_CHOLESKY)
     (xx, _, xz), _, (_, _, zz) = covariance.tolist()
     across = xx - 2 * x / z * xz + x * x / (z * z) * zz  # of x/z, times z²
     along = float(axis.dot(covariance).dot(axis))
     if not told or across < 0 or along < 0:
         return most, most
-    size = focal * focal / (x * x + y * y + z * z - 1)
-    return min(focal / z * across**0.5, most), min((size * along) ** 0.5, most)
+    return min(focal / z * across**0.5, most), min(focal * (along / tan2) ** 0.5, most)
 
 
 def tukey(off: np.ndarray, limit: float) -> np.ndarray:
