@@ -183,6 +183,22 @@ def test_a_ball_in_hard_light_has_its_shade():
     assert min(shades[:2]) > max(shades[2:]) + 1.5
 
 
+def test_the_dark_of_a_thing_is_its_darkest_tenth():
+    """A ball in even light has none, a shaded one some; a third of it black, much more. How bright it is counts nothing."""
+    flat = np.full((480, 640, 3), 190, np.uint8)
+    cv2.circle(flat, (320, 240), 24, (40, 40, 190), -1, cv2.LINE_AA)
+    shaded, torn = draw_ball((0, 0, 500))[0], flat.copy()
+    torn[248:270, 290:350] = (torn[248:270, 290:350] * 0.3).astype(np.uint8)
+    dim = (shaded * 0.6).astype(np.uint8)
+    darks = [
+        BallDetector("red", "cone", CAMERA).things(picture)[0].evidence[judge.EVIDENCE.index("dark")]
+        for picture in (flat, dim, shaded, torn)
+    ]
+    assert darks[0] == pytest.approx(np.log(0.02), abs=0.1)
+    assert darks[1] == pytest.approx(darks[2], abs=0.1)
+    assert darks[0] + 1 < darks[2] < darks[3] - 0.3
+
+
 def test_the_longest_arc_goes_on_where_the_rays_begin_anew():
     edged = np.zeros(RAYS, bool)
     edged[[0, 1, 2, 3, 10, 11, 12, 13, 14, -2, -1]] = True
@@ -195,10 +211,10 @@ def test_lobes_are_the_waves_of_the_outline():
     """An oval that swells by a tenth of its radius in two places: the root of the mean square of that wave."""
     swell = 2.0 * np.cos(2 * ANGLE)
     every = np.ones(RAYS, bool)
-    assert judge._lobes(swell, every, 0.3, 20.0) == pytest.approx(0.1 / np.sqrt(2))
-    assert judge._lobes(swell + 1.5, every, 0.3, 20.0) == pytest.approx(0.1 / np.sqrt(2))  # a larger circle is no lobe
-    assert judge._lobes(2.0 * np.cos(ANGLE), every, 0.3, 20.0) < 1e-9  # nor is a shifted one
-    assert judge._lobes(swell, np.arange(RAYS) < 5, 0.3, 20.0) == judge.USUAL_LOBES
+    assert judge._lobes(swell, every, 20.0) == pytest.approx(0.1 / np.sqrt(2))
+    assert judge._lobes(swell + 1.5, every, 20.0) == pytest.approx(0.1 / np.sqrt(2))  # a larger circle is no lobe
+    assert judge._lobes(2.0 * np.cos(ANGLE), every, 20.0) < 1e-9  # nor is a shifted one
+    assert judge._lobes(swell, np.arange(RAYS) < 5, 20.0) == judge.USUAL_LOBES
 
 
 def test_the_edge_is_where_the_balls_colour_ends():
@@ -233,6 +249,17 @@ def test_names_reach_a_little_beyond_their_hues(name, end):
     colors = cv2.cvtColor(np.uint8([[[hue, 230, 200], [beyond % 180, 230, 200]]]), cv2.COLOR_HSV2BGR)
     inside, outside = BallColor.named(name).likeness(colors)[0]
     assert inside > 120 > outside
+
+
+@pytest.mark.parametrize("name", HUES)
+def test_a_dim_ball_has_its_color_and_dim_grey_has_none(name):
+    """At an eighth of the light a ball keeps its hue; what differs by one step of the table may be a camera's noise."""
+    low, high = ENDS[name]
+    hue = (low + (high - low) % 180 // 2) % 180
+    dim, grey = cv2.cvtColor(np.uint8([[[hue, 153, 30], [hue, 40, 30]]]), cv2.COLOR_HSV2BGR)[0]
+    assert np.ptp(dim) < 20 and np.ptp(grey) < 8
+    dim_like, grey_like = BallColor.named(name).likeness(np.uint8([[dim, grey]]))[0]
+    assert dim_like > 90 and grey_like == 0
 
 
 def test_every_ball_of_a_colour():

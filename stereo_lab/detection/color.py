@@ -12,7 +12,10 @@ import numpy as np
 from stereo_lab.detection.weights import SHIPPED, Weights
 from stereo_lab.errors import StereoLabError
 
-BINS = 32  # the colour table has BINS steps a channel
+# The colour table has BINS steps a channel. A chroma, greatest − least channel, of one STEP may be rounding and noise; one of two
+# steps is a colour, however dim
+BINS = 32
+STEP = 256 // BINS
 
 # Hue in OpenCV's 0…179; red wraps round 0. OpenCV 5 rounds hues next to 0 up to 180 in HLS: a tenth of a red ball's pixels.
 # Least lightness and saturation keep grey and black out.
@@ -139,7 +142,7 @@ class BallColor:
 
 def bin_colors():
     """The middle of every bin as a picture of shape (BINS * BINS, BINS, 3), BGR."""
-    steps = (np.arange(BINS) * (256 // BINS) + 128 // BINS).astype(np.uint8)
+    steps = (np.arange(BINS) * STEP + STEP // 2).astype(np.uint8)
     grid = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), -1)
     return grid.reshape(BINS * BINS, BINS, 3)
 
@@ -154,12 +157,8 @@ def _table_from_hue(hues, least, fully):
     middle, half = (low + (high - low) % 180 / 2) % 180, (high - low) % 180 / 2 + WARM
     away = np.abs((hue - middle + 90) % 180 - 90) - half
     chroma = colors.max(-1).astype(float) - colors.min(-1)
-    colorful = chroma / np.maximum(colors.max(-1), 1)
-    closeness = (
-        np.clip(1 - away / FADE, 0, 1)
-        * np.clip((colorful - least) / (fully - least), 0, 1)
-        * np.clip((chroma - 12) / 18, 0, 1)
-    )
-    table = (255 * closeness).astype(np.uint8).reshape(BINS, BINS, BINS)
+    colorful = chroma / colors.max(-1)
+    parts = np.clip([1 - away / FADE, (colorful - least) / (fully - least), chroma / STEP - 1], 0, 1)
+    table = (255 * parts.prod(0)).astype(np.uint8).reshape(BINS, BINS, BINS)
     table.flags.writeable = False  # all who ask for this colour share it
     return table

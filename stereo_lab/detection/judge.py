@@ -24,7 +24,7 @@ OUTSIDE = 110  # mean likeness of a ray beyond the rim: the ball's colour goes o
 ENDS_PX, ENDS = 0.8, 0.08  # px, or of the radius: so near to the cone the colour ends on it
 RIM_PX, RIM = 1.2, 0.06  # so far to both sides of the cone is neither inside nor outside
 SAME = 0.5  # of the radius: things nearer than this are one
-LIGHT_LOBES, COLOR_LOBES = 0.2, 0.3  # radii: an edge farther off the rim is another thing's
+LOBES = 0.3  # radii: an edge farther off the rim is another thing's
 # All three channels tell of shade: in hard light the greatest one is full all over a ball, and below DIM, of 255, one is mostly noise
 DIM = 64
 FEW_RAYS, USUAL_LOBES = 12, 0.06  # too few clear rays tell no lobes
@@ -67,20 +67,20 @@ def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
 
     Contrast of likeness between inside and outside, and likeness just within the rim. Of the rays in the picture: those with
     a light edge on the cone (rim), those where the colour ends there (ends). Of all rays: those where it goes on without an
-    edge (overflow), those in the picture (seen), and the longest arc without a break that has an edge on the cone: half of a
+    edge (overflow), and the longest arc without a break that has an edge on the cone: half of a
     ball that looks out behind something is one, an egg's outline crosses its circle four times. Beyond: how far edges lie
     outside the cone on average; what hides a ball only cuts it off. Unsure: the standard deviation of the radius, in radii,
-    by how the edges scatter. Lobes: how much the outline swells in two to four places, as
-    an egg's or a box's does, by the light and by the colour; astray: how far from the rim the colour ends on average. Shade:
-    how much lighter one side is; a printed disc is even, but so is a ball in even light. Unique: the part of all pixels of
-    this colour that it has. Size is no evidence: how large a ball looks tells of the camera that took the pictures. Nor is how
-    sharp its rim is: in the logarithms of astray and beyond a tenth and a twentieth of a radius are added, so that less tells little.
+    by how the edges scatter. Lobes: how much the outline swells in two to four places, as an egg's or a box's does; astray:
+    how far from the rim the colour ends on average. Shade: how much lighter one side is; a printed disc is even, but so is a
+    ball in even light. Dark: by what part the darkest tenth of it is darker than half of it; a ball has no seams and no
+    shadows. Unique: the part of all pixels of this colour that it has. Size is no evidence: how large a ball looks tells of
+    the camera that took the pictures. Nor is how sharp its rim is: in the logarithms of astray and beyond a tenth and a
+    twentieth of a radius are added, so that less tells little.
     """
     look, r = cone.look, cone.outline_px
-    (light_off, light_weight), (color_off, color_weight) = look.ball_edge, look.color_edge
     rim = cone.off - cone.gap  # how far beyond the look's circle the cone lies on each ray
-    light_gaps, light_clear = light_off - rim, light_weight > 0
-    color_gaps, color_clear = color_off - rim, color_weight > 0
+    edges = look.ball_edge, look.color_edge
+    (light_gaps, light_clear), (color_gaps, color_clear) = [(off - rim, weight > 0) for off, weight in edges]
     astray = np.abs(color_gaps)
     on = light_clear & (np.abs(light_gaps) < max(ON_PX, ON * r))
     ends = color_clear & (astray < max(ENDS_PX, ENDS * r))
@@ -91,18 +91,17 @@ def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
     outside = (look.like * outer) @ EACH / (outer @ EACH + 1e-3)
     within = float(np.vdot(look.like, inner)) / (np.count_nonzero(inner) + 1e-3)
     seen = max(1, int(np.count_nonzero(look.seen)))
-    fill, shade = _inside(cone)
+    fill, shade, dark = _inside(cone)
     return np.array([
         (within - outside @ look.seen / seen) / 255,
         np.count_nonzero(on) / seen,
         np.count_nonzero(ends) / seen,
         np.count_nonzero(~edged & (outside > OUTSIDE)) / RAYS,
-        math.log(_lobes(light_gaps, light_clear, LIGHT_LOBES, r) + 0.01),
-        math.log(_lobes(color_gaps, color_clear, COLOR_LOBES, r) + 0.01),
+        math.log(_lobes(color_gaps, color_clear, r) + 0.01),
         math.log(_mean(astray, color_clear, r) + 0.1),
         math.log(shade + 0.02),
+        math.log(dark + 0.02),
         min(1.2, fill * np.pi * r * r / max(1.0, colored_px)),
-        seen / RAYS,
         within / 255,
         _longest_arc(edged),
         math.log(_mean(np.maximum(light_gaps, 0), light_clear, r) + 0.05),
@@ -111,7 +110,11 @@ def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
 
 
 def _inside(cone):
-    """Part of the inside that has the ball's colour, and by what part each channel's light changes from the middle to the rim."""
+    """Part of the inside that has the ball's colour; of that, how its light changes from the middle to the rim, and how dark it gets.
+
+    The change is that of all three channels, as a part of each one's mean; the darkness, how far the darkest tenth is below
+    the median, as a part of the mean.
+    """
     look, r = cone.look, np.float32(cone.outline_px)
     x, y = DISC[0] * r + np.float32(cone.u - look.left), DISC[1] * r + np.float32(cone.v - look.top)
     colors = cv2.remap(look.patch, x, y, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
@@ -120,7 +123,10 @@ def _inside(cone):
     light = (colors[0] * ours).astype(np.float32)
     mean = light.sum(0) / count
     slope = DISC @ (light - mean * ours) / np.maximum(mean, DIM)
-    return count / len(ours), math.hypot(*slope.ravel().tolist()) / (count * DISC_SPREAD)
+    shade = math.hypot(*slope.ravel().tolist()) / (count * DISC_SPREAD)
+    bright = np.sort(light.sum(1))[-count:]  # what is not ours is 0
+    dark = (bright[count // 2] - bright[count // 10]) / max(1.0, mean.sum())
+    return count / len(ours), shade, float(dark)
 
 
 def _mean(px, clear, r):
@@ -133,9 +139,9 @@ def _longest_arc(edged):
     return min(max(map(len, (2 * edged.tobytes()).split(b"\0"))), RAYS) / RAYS
 
 
-def _lobes(gaps, clear, most, r):
+def _lobes(gaps, clear, r):
     """Size of the outline's waves with two, three and four crests, in radii: the first terms of a Fourier series."""
-    near = clear & (np.abs(gaps) < 0.5 + most * r)
+    near = clear & (np.abs(gaps) < 0.5 + LOBES * r)
     count = np.count_nonzero(near)
     if count < FEW_RAYS:
         return USUAL_LOBES
@@ -157,7 +163,8 @@ def distinct(circles: Sequence[Circle], logits: Sequence[float]) -> tuple[list[i
         if all(math.hypot(u - circles[j][0], v - circles[j][1]) >= SAME * max(r, circles[j][2]) for j in kept):
             kept.append(k)
     odds = [math.exp(min(logits[k], MOST_LOGIT)) for k in kept]
-    return kept, [one / (1 + sum(odds)) for one in odds]
+    total = 1 + sum(odds)
+    return kept, [one / total for one in odds]
 
 
 def sureness(things: list[Thing]) -> float:
