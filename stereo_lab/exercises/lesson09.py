@@ -332,15 +332,15 @@ def _fooled():
                 Wrong("unique", "it is still the only red thing, or not: the lamp changes nothing there."),
                 Wrong("overflow", "the colour ends at the rim as before."),
             ),
-            "a ball is lighter on one side, and in even light it is not.",
+            "a ball is lighter on one side, and in even light it is not. *dark* goes with it.",
             same=(
                 ("(the )?shad(e|ow|ing|ed side)|schade", "shade"), ("(the )?(light|lighter|bright|brighter|dark|darker)( and dark)? side", "shade"),
-                ("(the )?outline|(the )?shape", "lobes"), ("(the )?edge", "rim"),
+                ("dark", "shade"), ("(the )?outline|(the )?shape", "lobes"), ("(the )?edge", "rim"),
             ),
             beside=(
                 ("(the )?(light|lighting|lamp|brightness|sun)", "that is what changes. Which piece of evidence looks at light and dark on the ball?"),
                 ("(the )?(colou?r|redness|red)", "it is as red as before. Which piece of evidence looks at light and dark on the ball?"),
-                ("ends|astray|within|seen|lobes of the colou?r", "its edge and its outline are as before. Which piece of evidence looks at light and dark on the ball?"),
+                ("ends|astray|within", "its edge and its outline are as before. Which piece of evidence looks at light and dark on the ball?"),
                 ("none|nothing", "it looks as flat as a printed disc, and in the pictures it learned from balls never did. Which piece saw that?"),
                 ("all( of them)?|everything", "most stay: edge, outline and colour are as before. Which one piece is gone?"),
             ),
