@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
-from stereo_lab.detection.color import BINS, LAST_HUE, BallColor, bin_colors
+from stereo_lab.detection.color import BINS, LAST_HUE, STEP, BallColor, bin_colors
 from stereo_lab.errors import StereoLabError
 
 MARKS, LEAST_SURE = 6, 0.75  # balls that mark themselves, and how sure each must be
@@ -68,7 +68,7 @@ def _histogram(ball, rest):
     shares = []
     for pixels in (ball, rest):
         counts = np.zeros((BINS, BINS, BINS), np.float32)
-        np.add.at(counts, tuple((pixels >> 3).T), 1)
+        np.add.at(counts, tuple((pixels // STEP).T), 1)
         shares.append(_spread(counts) / len(pixels))
     return PRIOR * shares[0] / (PRIOR * shares[0] + (1 - PRIOR) * shares[1] + 1e-7)
 
