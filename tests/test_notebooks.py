@@ -274,7 +274,7 @@ def another_room_is_the_test(text):
         ways["evidence, ten lines"],
     )
     assert home >= 93 and pieces >= pixels + 5 and all_pixels >= pixels + 10 and abs(all_pixels - all_pieces) <= 8
-    assert re.search(r"all weights +on the bench [0-4] of 14", text)  # it learned the room
+    assert re.search(r"all weights +on the bench [0-3] of 14", text)  # it learned the room
     assert re.search(r"without the weight of unique +on the bench 1[34] of 14", text)
     rendered, real = (float(share) for share in re.findall(r"learned from rendered, judged.*?, (\d+) %", text))
     assert real < rendered - 10
