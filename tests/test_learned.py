@@ -320,8 +320,13 @@ def test_other_ways_are_judged_by_the_same_rule():
     )
     plain = replace(SHIPPED, together=0 * SHIPPED.together)
     like_a_ball = plain.mean + 2 * np.sign(plain.weight) * plain.spread
-    rows = learned.Rows(np.array([0, 0, 1]), np.array([1.0, 0, 0]), np.vstack([like_a_ball, plain.mean, plain.mean]))
-    assert learned.score_of_rows(rows, plain) == Score(1, 1, 1, 0)
+    rows = learned.Rows(
+        np.array([0, 0, 1, 2]),
+        np.array([1.0, 0, 0, 0]),
+        np.vstack([like_a_ball, plain.mean, plain.mean, plain.mean]),
+        np.array([True, False, True]),
+    )
+    assert learned.score_of_rows(rows, plain) == Score(2, 1, 1, 0)  # a ball that no circle fitted is missed
 
 
 def test_hog_does_not_mind_brightness_and_minds_direction():

@@ -1,7 +1,8 @@
 """The judge: how probable it is that a thing is the ball. Plain evidence, weighed; nothing has a veto.
 
 One thing in the picture is the ball, or none is: a conditional logit with "none" among the choices. Each piece of evidence
-has a weight, and each two of them have one together: no shade speaks against a ball, and more so where its edge is clear.
+has a weight, its square has one, and each two have one together: a little of something may be best, and no shade speaks
+against a ball, more so where its edge is clear.
 The weights are those that came with the ball's colour: the shipped ones, or learned ones (:mod:`stereo_lab.detection.own`).
 """
 
@@ -39,7 +40,7 @@ WAVES = np.column_stack([wave(crests * ANGLE) for crests in (2, 3, 4) for wave i
 
 
 class Thing(NamedTuple):
-    """Something that may be the ball: its cone, the evidence, and the weighed sum of it (logit)."""
+    """Something that may be the ball: its cone, the evidence, and the weighted sum of it (logit)."""
 
     cone: Cone
     evidence: np.ndarray
@@ -65,17 +66,18 @@ def speaks(evidence: np.ndarray, weights: Weights = SHIPPED) -> dict[str, float]
 def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
     """What speaks for a ball, in the order of EVIDENCE.
 
-    Contrast of likeness between inside and outside, and likeness just within the rim. Of the rays in the picture: those with
-    a light edge on the cone (rim), those where the colour ends there (ends). Of all rays: those where it goes on without an
-    edge (overflow), and the longest arc without a break that has an edge on the cone: half of a
-    ball that looks out behind something is one, an egg's outline crosses its circle four times. Beyond: how far edges lie
-    outside the cone on average; what hides a ball only cuts it off. Unsure: the standard deviation of the radius, in radii,
-    by how the edges scatter. Lobes: how much the outline swells in two to four places, as an egg's or a box's does; astray:
-    how far from the rim the colour ends on average. Shade: how much lighter one side is; a printed disc is even, but so is a
-    ball in even light. Dark: by what part the darkest tenth of it is darker than half of it; a ball has no seams and no
-    shadows. Unique: the part of all pixels of this colour that it has. Size is no evidence: how large a ball looks tells of
-    the camera that took the pictures. Nor is how sharp its rim is: in the logarithms of astray and beyond a tenth and a
-    twentieth of a radius are added, so that less tells little.
+    Contrast of likeness between inside and outside, and likeness just within the rim. Of the rays in the picture:
+    those with a light edge on the cone (rim), those where the colour ends there (ends). Of all rays: those where it
+    goes on without an edge (overflow), and the longest arc without a break that has an edge on the cone: half of a
+    ball that looks out behind something is one, an egg's outline crosses its circle four times. Beyond: how far
+    edges lie outside the cone on average; what hides a ball only cuts it off. Unsure: the standard deviation of the
+    radius, in radii, by how the edges scatter. Lobes: how much the outline swells in two to four places, as an
+    egg's or a box's does; astray: how far from the rim the colour ends on average. Shade: how much lighter one side
+    is; a printed disc is even, but so is a ball in even light. Dark: by what part the darkest tenth of it is darker
+    than half of it; a ball has no seams and no shadows. Unique: the part of all pixels of this colour that it has.
+    Size is no evidence: how large a ball looks tells of the camera that took the pictures. Nor is how sharp its rim
+    is: in the logarithms of astray and beyond a tenth and a twentieth of a radius are added, so that less tells
+    little.
     """
     look, r = cone.look, cone.outline_px
     rim = cone.off - cone.gap  # how far beyond the look's circle the cone lies on each ray

@@ -52,7 +52,7 @@ def _line():
             "return a * x + b * y + ____",
         ),
         code="def line_sum(x, y, a, b, c):\n    return a * x + b * y + c",
-        reason="A line is where a weighed sum is zero. With more evidence it is a plane, and the sum only grows longer.",
+        reason="A line is where a weighted sum is zero. With more evidence it is a plane, and the sum only grows longer.",
         reference=line_sum,
     )  # fmt: skip
 
@@ -357,7 +357,7 @@ def _fooled():
 
 
 def line_sum(x: float, y: float, a: float, b: float, c: float) -> float:
-    """The weighed sum that is zero on a line."""
+    """The weighted sum that is zero on a line."""
     return a * x + b * y + c
 
 

@@ -236,7 +236,7 @@ def asked(sums: Sums, tables: Sequence[np.ndarray], frames: Sequence[Frame], sha
 
 
 def network(x: np.ndarray, y: np.ndarray, hidden: int = 16, steps: int = 300, rate: float = 0.3, seed: int = 0) -> Sums:
-    """A small network of two layers: weighed sums of a row, each bent by tanh, and a weighed sum of those.
+    """A small network of two layers: weighted sums of a row, each bent by tanh, and a weighted sum of those.
 
     It learns as the ten lines of lesson 09 do, from the same loss by steps downhill; the chain rule says what each weight did to it.
 
@@ -260,11 +260,15 @@ def network(x: np.ndarray, y: np.ndarray, hidden: int = 16, steps: int = 300, ra
 
 
 class Rows(NamedTuple):
-    """Rows of evidence without their pictures: ``group`` is the number of the picture of each, ``ball`` is 1 for the ball."""
+    """Rows of evidence without their pictures: ``group`` is the number of the picture of each, ``ball`` is 1 for the ball.
+
+    ``has_ball``, shape (pictures,): whether a ball is in each picture, also where no circle fitted it.
+    """
 
     group: np.ndarray
     ball: np.ndarray
     evidence: np.ndarray
+    has_ball: np.ndarray
 
 
 def rows_of(*names: str) -> Rows:
@@ -274,13 +278,15 @@ def rows_of(*names: str) -> Rows:
     ----------
     names : "s101" to "s104" and "s201" to "s206", rendered; "green_ball" and "orange_ball", real
     """
-    picture, ball, evidence = [], [], []
+    picture, ball, evidence, has_ball = [], [], [], {}
     for name in names:
         for _, row in read_table(course() / "data" / "train" / "rows" / f"{name}.csv", ("picture", *EVIDENCE)):
             picture.append(f"{name} {row['picture']}")
+            has_ball[picture[-1]] = row["has_ball"] == "1"
             ball.append(float(row["is_ball"]))
             evidence.append([float(row[piece]) for piece in EVIDENCE])
-    return Rows(np.unique(picture, return_inverse=True)[1], np.array(ball), np.array(evidence))
+    pictures, group = np.unique(picture, return_inverse=True)
+    return Rows(group, np.array(ball), np.array(evidence), np.array([has_ball[name] for name in pictures]))
 
 
 def score_of_rows(rows: Rows, weights: Weights) -> Score:
@@ -288,7 +294,7 @@ def score_of_rows(rows: Rows, weights: Weights) -> Score:
     count = rows.group.max() + 1
     odds = np.exp(np.minimum(weights.logits(rows.evidence), MOST_LOGIT))
     told = (odds / (1 + np.bincount(rows.group, odds, count)[rows.group])) >= BALL
-    there = np.bincount(rows.group, rows.ball, count) > 0
+    there = rows.has_ball
     named = np.bincount(rows.group, told, count) > 0
     right = np.bincount(rows.group, told * rows.ball, count) > 0
     return Score(int(there.sum()), int(right.sum()), int((~there).sum()), int((named & ~there).sum()))
