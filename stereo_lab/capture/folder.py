@@ -61,7 +61,10 @@ class Folder:
             return
         there = open_recording(self.path)
         if there.board != board:
-            raise RecordingError(f"{self.path} was begun with a {there.board}; this is a {board}. Name another folder.")
+            raise RecordingError(
+                f"{self.path} was begun with a {there.board}, squares of {there.board.square_mm:g} mm; "
+                f"this is a {board}, of {board.square_mm:g} mm. Name another folder."
+            )
         if tuple(there.image_size) != tuple(self.size):
             wide, high = there.image_size
             raise RecordingError(

@@ -103,7 +103,7 @@ def questions(recording: Recording, balls: tuple[Detection, Detection] | None = 
                     Wrong(left.radius_px, "that is the ball's radius in the picture. The jump is how far its centre moves."),
                     Wrong(left.radius_px - right.radius_px, "those are the radii. The jump is how far the centre moves: take u."),
                 ),
-                f"{jump:.0f} px, and nothing else tells the cameras how far away the ball is.",
+                f"{jump:.0f} px: this jump is what mainly tells the cameras how far away the ball is.",
                 of_several="One number: how far apart are the two?",
                 known={
                     **{f"ball_left.{name}": getattr(left, name) for name in ("u", "v", "radius_px")},

@@ -302,7 +302,7 @@ def _baseline(translation, baseline, focal):
 def _worth(baseline, focal):
     tries = ((1000.0, focal, baseline, 0.5), (2000.0, focal, baseline, 0.5), (700.0, 900.0, 60.0, 0.2))
     return dict(
-        asks="Write what an error of some px in the rows or columns means in mm of depth.",
+        asks="Write what an error of some px in the columns means in mm of depth.",
         answer=Function(
             depth_error, tries, 0.01, "mm",
             (

@@ -270,7 +270,7 @@ def _milliseconds():
         answer=Choice(
             "the cameras",
             (
-                Wrong("finding the ball", "it was, in the paper's days. Look at the bars: some milliseconds for both pictures."),
+                Wrong("finding the ball", "it was, in the paper's days. Look at the bars: a few milliseconds at most, for both pictures."),
                 Wrong("the angles", "two lines of trigonometry: too little to be drawn."),
                 Wrong("the order to the arm", "some 30 letters at 115,200 bits a second: 3 milliseconds."),
             ),
@@ -355,7 +355,7 @@ def _hold():
         answer=Choice(
             "on a stick",
             (
-                Wrong("in my fingers", "the hand of the arm comes as near as 10 mm to the ball, at half a metre a second. Your fingers are there."),
+                Wrong("in my fingers", "the hand of the arm comes as near as 10 mm to the ball, at up to two metres a second. Your fingers are there."),
                 Wrong("on a table in its plane", "the forearm sweeps through the table to get there."),
                 Wrong("thrown to it", "a ball in free fall is too fast for these motors, and the arm would swing after it."),
             ),
@@ -376,7 +376,7 @@ def _hold():
                 ("(on |at )?(the )?arm.*", "the arm is to reach for it. What holds the ball, and keeps all of you out of reach?"),
                 (".*(grip|claw|tray|shelf|cup|plate|holder).*", "it stands where the arm reaches, and somebody must put the ball there. What holds it, and keeps all of you out of reach?"),
                 (".*(tape|glue|head|foot|friend|pocket|mouth).*", "what is near the ball is near the arm. What holds the ball, and keeps all of you out of reach?"),
-                (".*(finger|thumb|glove|hand|palm).*", "the hand of the arm comes as near as 10 mm to the ball, at half a metre a second: yours is there."),
+                (".*(finger|thumb|glove|hand|palm).*", "the hand of the arm comes as near as 10 mm to the ball, at up to two metres a second: yours is there."),
                 (".*(tongs|pliers|tweezers).*", "they keep your hand a few centimetres away. What is longer than the arm reaches?"),
                 (".*(string|thread|rope|cord).*", "on a string it swings, and the arm swings after it. What holds the ball still, and your hand far away?"),
                 (".*(not at all|nobody|don't|do not|careful|slowly).*", "the ball must be somewhere, and you must be out of reach. What is longer than the arm?"),

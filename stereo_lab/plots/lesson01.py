@@ -86,24 +86,20 @@ def how_many_pairs(counts: Numbers, used_px: Numbers, unseen_px: Numbers, title:
     ax = ax or plt.gca()
     ax.plot(counts, unseen_px, "-s", color=VERMILION, markersize=8)
     ax.plot(counts, used_px, "--o", color=GREEN, markersize=8)
-    ax.annotate(
-        "rows on unseen pairs",
-        (counts[-1], unseen_px[-1]),
-        xytext=(-6, 9),
-        textcoords="offset points",
-        ha="right",
-        color=VERMILION,
-        weight="bold",
-    )
-    ax.annotate(
-        "rows on the pairs of the fit",
-        (counts[-1], used_px[-1]),
-        xytext=(-6, -17),
-        textcoords="offset points",
-        ha="right",
-        color=GREEN,
-        weight="bold",
-    )
+    unseen_above = unseen_px[-1] >= used_px[-1]
+    for text, px, color, above in (
+        ("rows on unseen pairs", unseen_px, VERMILION, unseen_above),
+        ("rows on the pairs of the fit", used_px, GREEN, not unseen_above),
+    ):
+        ax.annotate(
+            text,
+            (counts[-1], px[-1]),
+            xytext=(-6, 16 if above else -20),
+            textcoords="offset points",
+            ha="right",
+            color=color,
+            weight="bold",
+        )
     ax.set_ylim(bottom=0)
     ax.set_xlabel("pairs in the fit")
     ax.set_ylabel("error (px)")

@@ -87,11 +87,12 @@ def depth_terms(d_px: np.ndarray, terms: Sequence[tuple[str, np.ndarray]], title
         ax.annotate(
             name,
             (d_px[len(d_px) // 3], values[len(d_px) // 3]),
-            xytext=(4, 7),
+            xytext=(4, 7 if values[len(d_px) // 3] > 0 else -14),
             textcoords="offset points",
             color=color,
             weight="bold",
         )
+    ax.margins(y=0.1)  # room for a name below the lowest line
     ax.axhline(0, color=BLACK, linewidth=1)
     ax.set_xlabel("disparity d (px)")
     ax.set_ylabel("part of the depth (mm)")

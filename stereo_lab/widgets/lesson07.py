@@ -167,7 +167,7 @@ class LiveCell(Pictured):
         """Show moment after moment; says why it ended."""
         for moment in moments:
             self.picture.value = jpeg(_drawn(moment))
-            self.text.value = f"{moment.said}; {moment.latency_ms:.0f} ms from the light to the order"
+            self.text.value = f"{moment.said}; {moment.latency_ms:.0f} ms from the picture to the order"
             self._glide()
             if why := self._why_it_ends():
                 return why
