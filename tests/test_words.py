@@ -61,7 +61,7 @@ def test_a_line_of_python_gives_what_stands_beside_it(row):
 def ways_of_writing():
     """What in the lessons' code a beginner has not met: the name of its row."""
     kinds = {
-        ast.JoinedStr: 'f"{x:.1f}"', ast.ListComp: "[… for x in …]", ast.GeneratorExp: "[… for x in …]",
+        ast.JoinedStr: 'f"{x:.1f}"', ast.ListComp: "[… for x in …]", ast.GeneratorExp: "(… for x in …)",
         ast.DictComp: "{…: … for x in …}", ast.IfExp: "a if … else b", ast.Starred: "*a", ast.Lambda: "lambda x: …",
         ast.NamedExpr: "(a := …)", ast.Slice: "a[1:3]", ast.MatMult: "a @ b", ast.Invert: "a[a > 2]", ast.With: "with … as a:",
         ast.Try: "try: … except E: …",
@@ -76,6 +76,10 @@ def ways_of_writing():
                     yield calls.get(node.func.id)
                 if isinstance(node, ast.Attribute):
                     yield names.get(node.attr)
+                if isinstance(node, ast.Starred) and isinstance(node.ctx, ast.Store):
+                    yield "a, *b = …"
+                if isinstance(node, ast.Name) and node.id == "_" and isinstance(node.ctx, ast.Store):
+                    yield "_ = …"
                 if isinstance(node, ast.Slice) and node.step is not None:
                     yield "a[::3]"
                 if isinstance(node, ast.Constant) and node.value is ...:
