@@ -27,7 +27,7 @@ class Frame:
 
     Attributes
     ----------
-    time_s : float, when it was taken, by the source's clock
+    time_s : float, when it was taken; of a real camera, when it came, by the source's clock
     left, right : ndarray, (height, width, 3), BGR uint8
     skew_s : float, how much later the right picture was taken than the left one
     dropped : int, pairs that were lost since the frame before, or that nobody fetched in time

@@ -262,7 +262,7 @@ def network(x: np.ndarray, y: np.ndarray, hidden: int = 16, steps: int = 300, ra
 class Rows(NamedTuple):
     """Rows of evidence without their pictures: ``group`` is the number of the picture of each, ``ball`` is 1 for the ball.
 
-    ``has_ball``, shape (pictures,): whether a ball is in each picture, also where no circle fitted it.
+    ``has_ball``, shape (pictures,): whether a ball is in each picture, also where no circle fitted it (but something was seen).
     """
 
     group: np.ndarray
