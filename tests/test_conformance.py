@@ -294,6 +294,21 @@ def test_st_stops_and_does_not_latch(talk):
     talk.rest()
 
 
+def test_st_drives_no_motor_that_is_stopped_or_off(talk):
+    """What holds a weight would lift the arm as soon as the weight is gone: here it never was there."""
+    for line in ("SET 1 g1 2", "SET 1 g2 2", "SET 2 g2 2", "ZE 1", "ZE 2", "EN 1"):
+        assert talk.ask(line) == "ok"
+    for stops, stopped in (("!", "!estop"), ("EN 0", "ok")):
+        talk.say(stops)
+        talk.listen(0.3, stopped)
+        talk.listen(0.3)
+        here = [talk.bench.motor_deg(j) for j in (0, 1)]
+        for line in ("ST", "MODE pid"):
+            assert talk.ask(line) == "ok"
+            talk.listen(0.4)
+            assert [talk.bench.motor_deg(j) for j in (0, 1)] == pytest.approx(here, abs=0.5), (stops, line)
+
+
 def test_motors_off_in_mid_move(talk):
     talk.ask("EN 1")
     talk.ask("MV 2 90")

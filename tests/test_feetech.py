@@ -121,6 +121,7 @@ def test_the_same_arm_by_the_same_cells(wire):
             [30, -45], abs=1.0
         )  # a degree of play, unseen
         assert arm.home() == arm.angles()  # nothing to find, nothing moves
+        assert arm.get(1, "counts") == 4096 and arm.get(2, "held") == 0  # what follows a ball asks for it
         with pytest.raises(UnreachableTargetError, match="Joint 1 turns"):
             arm.move_to(JointAngles(200.0, 0.0))
         arm.set_limits(((-20.0, 40.0), (-60.0, 60.0)))
@@ -144,7 +145,7 @@ def test_both_arrive_together(wire):
         assert arm.status().state == "idle"
 
 
-@pytest.mark.parametrize("command", ["PW 1 50 100", "ZE 1 10", "SET 1 k 80", "SET 2 supply 6"])
+@pytest.mark.parametrize("command", ["PW 1 50 100", "ZE 1 10", "SET 1 k 80", "SET 2 supply 6", "SET 1 counts 500", "GET 1 k"])
 def test_what_a_servo_cannot_do_is_refused(wire, command):
     with connect("feetech://wire") as arm, pytest.raises(ArmError, match="refused"):
         arm.enable()

@@ -332,10 +332,11 @@ class Controller:
         self._event(event, j)
 
     def halt(self, latch: bool = False, fault: str | None = None, hold: bool = False) -> None:
-        """Stop both joints: braked, or held against their weight."""
+        """Stop both joints: braked; or held against their weight, where the motors are on."""
+        holds = hold and self.enabled and not (self.stopped or self.by_rule) and self.fault == "-"
         for j, joint in enumerate(self.joints):
             joint.mode = IDLE
-            self._set_volts(j, joint.held_v if hold and not self.by_rule else 0.0)
+            self._set_volts(j, joint.held_v if holds else 0.0)
         self.stopped = self.stopped or latch
         if fault:
             self.fault = fault

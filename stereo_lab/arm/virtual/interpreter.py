@@ -131,7 +131,7 @@ class Interpreter:
 
     def _get(self, joint, name):
         joint = self.controller.joints[_joint(joint)]
-        if name not in (*wire.PARAMETERS, wire.HELD):
+        if name not in (*joint.parameters, wire.HELD):  # a servo's joint has fewer
             raise wire.ProtocolError(wire.ARGUMENT)
         value = joint.held_v if name == wire.HELD else joint.parameters[name]
         return f"{round(value, 3) + 0.0:.3f}"  # no -0.000

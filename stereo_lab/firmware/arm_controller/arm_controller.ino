@@ -289,11 +289,11 @@ void stand_at(Joint &joint, float angle) {
 
 float held(const Joint &joint) { return joint.weight + joint.load; }  // what holds it in its pose
 
-void halt(bool latch, char why, char which, bool hold = false) {  // braked, or held against the arm's weight
+void halt(bool latch, char why, char which, bool hold = false) {  // braked, or held against the arm's weight, if the motors are on
   for (uint8_t j = 0; j < 2; j++) {
     if (joints[j].mode != IDLE) joints[j].idles = 0;
     joints[j].mode = IDLE;
-    set_volts(j, hold && !by_rule ? held(joints[j]) : 0);
+    set_volts(j, hold && enabled && !stopped && fault == '-' && !by_rule ? held(joints[j]) : 0);
   }
   stopped |= latch;
   if (why) {
