@@ -80,7 +80,7 @@ def test_the_hand_follows_the_sliders_until_stop(cell, bench):
     until(at(cell.x.value, cell.y.value))
     cell.x.value, cell.y.value = -120, 300
     until(at(-120, 300))
-    assert bytes(cell.picture.value) != before and " ms from the light" in cell.text.value
+    assert bytes(cell.picture.value) != before and " ms from the picture" in cell.text.value
     cell.follow.value = False
     until(lambda: cell.text.value.startswith("following is switched off"))
     cell.follow.value = True
