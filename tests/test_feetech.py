@@ -145,7 +145,9 @@ def test_both_arrive_together(wire):
         assert arm.status().state == "idle"
 
 
-@pytest.mark.parametrize("command", ["PW 1 50 100", "ZE 1 10", "SET 1 k 80", "SET 2 supply 6", "SET 1 counts 500", "GET 1 k"])
+@pytest.mark.parametrize(
+    "command", ["PW 1 50 100", "ZE 1 10", "SET 1 k 80", "SET 2 supply 6", "SET 1 counts 500", "GET 1 k"]
+)
 def test_what_a_servo_cannot_do_is_refused(wire, command):
     with connect("feetech://wire") as arm, pytest.raises(ArmError, match="refused"):
         arm.enable()

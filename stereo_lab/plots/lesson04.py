@@ -81,13 +81,13 @@ def depth_curves(
 
 def depth_terms(d_px: np.ndarray, terms: Sequence[tuple[str, np.ndarray]], title: str, ax: Axes | None = None) -> Axes:
     """The terms of Eq. 4 on their own: a list of (name, values in mm)."""
-    ax = ax or plt.gca()
+    ax, k = ax or plt.gca(), len(d_px) // 3  # where the names stand
     for (name, values), (color, dash) in zip(terms, ((BLUE, "-"), (VERMILION, "--"), (GREEN, "-.")), strict=False):
         ax.plot(d_px, values, dash, color=color, linewidth=2)
         ax.annotate(
             name,
-            (d_px[len(d_px) // 3], values[len(d_px) // 3]),
-            xytext=(4, 7 if values[len(d_px) // 3] > 0 else -14),
+            (d_px[k], values[k]),
+            xytext=(4, 7 if values[k] > 0 else -14),
             textcoords="offset points",
             color=color,
             weight="bold",

@@ -37,8 +37,10 @@ class ServoJoint:
 
     def __init__(self, id: int, limits_deg: tuple[float, float], volts: float) -> None:
         self.id, self.homed, self.held_v = id, True, 0.0
-        self.parameters = {"lo": limits_deg[0], "hi": limits_deg[1], "cruise": 120.0, "acc": 300.0, "supply": volts}
-        self.parameters["counts"] = 360 / STEP_DEG  # steps of its sensor on a turn
+        counts = 360 / STEP_DEG  # steps of its sensor on a turn
+        self.parameters = {
+            "lo": limits_deg[0], "hi": limits_deg[1], "cruise": 120.0, "acc": 300.0, "supply": volts, "counts": counts
+        }  # fmt: skip
         self.position_deg = self.speed_deg_s = self.load = self.volts = self.celsius = 0.0
         self.error, self.moving = 0, False
         self.goal_deg: float | None = None

@@ -219,12 +219,17 @@ class Controller:
         return all(joint.still_ticks >= BRAKE_TICKS for joint in self.joints)
 
     @property
+    def _may_hold(self):
+        """The motors are on, no stop is latched and nothing went wrong; in the paper's way nothing is held."""
+        return self.enabled and not self.stopped and self.fault == "-" and not self.by_rule
+
+    @property
     def settled(self) -> bool:
         """Whether nothing changes until a command comes or a motor is turned from outside."""
         if not self.enabled:
             return self._rests
         holds = all(joint.mode == HOLD and joint.rule.done for joint in self.joints)
-        return holds or self.by_rule or self.stopped or self.fault != "-"
+        return holds or not self._may_hold
 
     def _cosines(self):
         """Of the angles of both links to the horizon; 0 as long as not both joints know where they stand."""
@@ -251,9 +256,8 @@ class Controller:
             self._keep_homing(j, joint)
 
     def _hold_if_it_rests(self, joint):
-        """A joint that is on is held where it comes to rest, or is after a while; not in the paper's way or after a fault."""
-        on = self.enabled and not self.stopped and self.fault == "-" and not self.by_rule
-        if on and (joint.still_ticks >= REST_TICKS or joint.idle_ticks > COAST_TICKS):
+        """A joint is held where it comes to rest, or is after a while."""
+        if self._may_hold and (joint.still_ticks >= REST_TICKS or joint.idle_ticks > COAST_TICKS):
             joint.hold()
 
     def _follow(self, j, joint):
@@ -333,7 +337,7 @@ class Controller:
 
     def halt(self, latch: bool = False, fault: str | None = None, hold: bool = False) -> None:
         """Stop both joints: braked; or held against their weight, where the motors are on."""
-        holds = hold and self.enabled and not (self.stopped or self.by_rule) and self.fault == "-"
+        holds = hold and self._may_hold
         for j, joint in enumerate(self.joints):
             joint.mode = IDLE
             self._set_volts(j, joint.held_v if holds else 0.0)

@@ -289,11 +289,13 @@ void stand_at(Joint &joint, float angle) {
 
 float held(const Joint &joint) { return joint.weight + joint.load; }  // what holds it in its pose
 
+bool may_hold() { return enabled && !stopped && fault == '-' && !by_rule; }  // in the paper's way nothing is held
+
 void halt(bool latch, char why, char which, bool hold = false) {  // braked, or held against the arm's weight, if the motors are on
   for (uint8_t j = 0; j < 2; j++) {
     if (joints[j].mode != IDLE) joints[j].idles = 0;
     joints[j].mode = IDLE;
-    set_volts(j, hold && enabled && !stopped && fault == '-' && !by_rule ? held(joints[j]) : 0);
+    set_volts(j, hold && may_hold() ? held(joints[j]) : 0);
   }
   stopped |= latch;
   if (why) {
@@ -533,9 +535,9 @@ void weigh_at_times() {  // a cosine takes its time
   if (!(++ticks & 7)) weigh();
 }
 
-void hold_if_it_rests(Joint &joint) {  // or after a while; not in the paper's way, and not after a fault
+void hold_if_it_rests(Joint &joint) {  // or after a while
   if (joint.idles < 65535) joint.idles++;
-  if (!enabled || stopped || fault != '-' || by_rule) return;
+  if (!may_hold()) return;
   if (joint.still >= REST_TICKS || joint.idles > COAST_TICKS) hold(joint);
 }
 
