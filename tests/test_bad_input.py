@@ -3,6 +3,7 @@
 import importlib
 import json
 import os
+import shutil
 import struct
 import subprocess
 import sys
@@ -499,6 +500,34 @@ def test_a_rig_file_that_is_none(tmp_path, monkeypatch, text, says):
     path.write_text(text)
     with pytest.raises(StereoLabError, match=says):
         importlib.import_module("rig").load_rig(path)
+
+
+@pytest.fixture
+def record(monkeypatch):
+    """data/render/record.py without the renderer itself, which is an extra."""
+    monkeypatch.syspath_prepend(ROOT / "data" / "render")
+    monkeypatch.setitem(sys.modules, "optics", SimpleNamespace(mi=None))
+    module = importlib.import_module("record")
+    monkeypatch.setattr(module, "Studio", lambda rig: None)
+    yield module
+    for name in ("record", "scene", "clutter"):  # they know no renderer now
+        del sys.modules[name]
+
+
+@pytest.mark.parametrize("truth", [(ROOT / "data" / "third_rig" / "truth.json").read_text(), "{}"])
+def test_pictures_are_not_kept_with_a_truth_that_is_not_theirs(tmp_path, record, truth):
+    there = tmp_path / "truth.json"
+    there.write_text(truth)
+    with pytest.raises(StereoLabError, match="another seed or rig.*--out"):
+        record.record("third_rig", tmp_path, seed=7)
+    assert there.read_text() == truth and list(tmp_path.iterdir()) == [there]
+
+
+def test_a_recording_that_was_broken_off_is_gone_on_with(tmp_path, record, monkeypatch):
+    monkeypatch.setattr(record, "_path", lambda out, *_: out)  # none of its pictures is missing
+    shutil.copy(ROOT / "data" / "third_rig" / "truth.json", tmp_path)
+    record.record("third_rig", tmp_path)
+    assert (tmp_path / "recording.json").exists()
 
 
 @pytest.fixture

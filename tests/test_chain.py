@@ -148,7 +148,6 @@ def test_import_then_calibrate(tmp_path):
             "--square-mm",
         ),
         (("render", "nowhere"), "no rig"),
-        (("render", "bench", "--seed", "7"), "--out"),
         (("fly",), "invalid choice"),
     ],
 )

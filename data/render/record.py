@@ -22,6 +22,9 @@ import rig as rigs
 import scene
 from places import stream
 
+from stereo_lab.common.files import read_json
+from stereo_lab.errors import StereoLabError
+
 DATE = "2026-11-20"
 
 
@@ -35,10 +38,17 @@ def record(name, out, seed=None, only=None, report=lambda done, total, what: Non
     seed : int or None, another seed than the rig's own draws other poses and noise
     only : list of set names or None for all
     report : callable (done, total, what)
+
+    Raises
+    ------
+    StereoLabError
+        Where the folder holds a recording of other places or cameras: its pictures would be kept with a truth not theirs.
     """
     rig, out = rigs.load_rig(name, seed), Path(out)
     frames = poses.plan(rig)
-    _write_facts(rig, frames, out)
+    truth = _truth(rig, frames)
+    _check_pictures_fit(out, truth)
+    _write_facts(rig, frames, truth, out)
     jobs = [(s, f) for s in frames for f in frames[s] if only is None or s in only]
     missing = [(s, f) for s, f in jobs if not all(_path(out, s, f, side).exists() for side in f.sides)]
     missing.sort(key=lambda job: (job[1].backdrop, job[1].light))
@@ -187,14 +197,32 @@ def _path(out, set_name, frame, side):
     return out / set_name / side / f"{frame.name}.jpg"
 
 
-def _write_facts(rig, frames, out):
-    facts = {"format": 1, "title": rig.recording["title"], "made_by": "render", "date": DATE}
-    facts = {**facts, "license": "CC-BY-4.0", **{k: v for k, v in rig.recording.items() if k != "title"}}
-    _write_whole(out / "recording.json", _json(facts))
-    truth = {
+def _truth(rig, frames):
+    return {
         "cameras": {side: _camera_facts(camera) for side, camera in rig.cameras.items()},
         "sets": {s: {f.name: _ball_facts(rig, f) for f in fs} for s, fs in frames.items() if s != "calibration"},
     }
+
+
+def _check_pictures_fit(out, truth):
+    """A folder's pictures are kept, so its truth must be this one; it may lack sets of it."""
+    if not (out / "truth.json").exists():
+        return
+    there, truth = read_json(out / "truth.json"), json.loads(_json(truth))
+    sets = there.get("sets", {})
+    if there.get("cameras") != truth["cameras"] or any(
+        sets.get(s, places) != places for s, places in truth["sets"].items()
+    ):
+        raise StereoLabError(
+            f"{out} holds a recording of another seed or rig, and its pictures would be kept. "
+            "Name a new folder: --out FOLDER."
+        )
+
+
+def _write_facts(rig, frames, truth, out):
+    facts = {"format": 1, "title": rig.recording["title"], "made_by": "render", "date": DATE}
+    facts = {**facts, "license": "CC-BY-4.0", **{k: v for k, v in rig.recording.items() if k != "title"}}
+    _write_whole(out / "recording.json", _json(facts))
     _write_whole(out / "truth.json", _json(truth))
     for set_name, spec in rig.sets.items():
         if spec["kind"] in ("plane", "axis", "evaluation", "still"):

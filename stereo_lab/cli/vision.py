@@ -169,10 +169,6 @@ def run_render(options: argparse.Namespace) -> int:
     rigs = sorted(p.stem for p in (folder / "rigs").glob("*.json"))
     if options.name not in rigs and not Path(options.name).is_file():
         raise StereoLabError(f"There is no rig {options.name!r}. Choose one of {', '.join(rigs)}, or name a rig file.")
-    if options.seed is not None and not options.out:
-        raise StereoLabError(
-            f"{options.name} has a seed of its own. With --seed name a new folder as well: --out FOLDER."
-        )
     sys.path.insert(0, str(folder))
     try:
         import record
