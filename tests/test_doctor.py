@@ -293,7 +293,8 @@ def test_each_fault_is_named_first(fault, third_rig, tmp_path):
     assert checkup.findings[0].name == fault, [f.says for f in checkup.findings]
     for finding in checkup.findings:
         assert finding.says.endswith(".") and finding.advice.endswith(".")
-        assert finding.severity == STOPS or finding.does_mm is not None
+        # A ball that is judged by a wrong size may be lost, which costs a sample and no millimetres
+        assert finding.severity == STOPS or finding.does_mm is not None or finding.name == "ball_lost"
 
 
 def test_what_a_moved_camera_costs_is_what_it_does(third_rig, tmp_path):

@@ -67,7 +67,7 @@ def test_what_is_said_of_boards_that_cannot_be_taken(third_rig, images, folder):
     nothing = np.full_like(left, 120)
     with Recorder(folder, third_rig.board) as recorder:
         assert "No board is seen" in held(recorder, nothing, nothing, 0)[-1].said
-        burnt = [cv2.convertScaleAbs(image, alpha=3.0) for image in (left, right)]
+        burnt = [cv2.convertScaleAbs(image, alpha=2.5) for image in (left, right)]
         assert "reflected" in held(recorder, *burnt, 10)[-1].said
         blurred = [cv2.GaussianBlur(image, (0, 0), 2.5) for image in (left, right)]
         assert "blurred" in held(recorder, *blurred, 20)[-1].said
