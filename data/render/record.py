@@ -25,7 +25,7 @@ from places import stream
 from stereo_lab.common.files import read_json
 from stereo_lab.errors import StereoLabError
 
-DATE = "2026-11-20"
+DATE = "2026-11-20"  # that every recording tells: made again, its files are the same to the last byte
 
 
 def record(name, out, seed=None, only=None, report=lambda done, total, what: None):
@@ -42,10 +42,12 @@ def record(name, out, seed=None, only=None, report=lambda done, total, what: Non
     Raises
     ------
     StereoLabError
-        Where the folder holds a recording of other places or cameras: its pictures would be kept with a truth not theirs.
+        Where it has no such set, or the folder holds a recording of other places or cameras: its pictures would be kept with a truth not theirs.
     """
     rig, out = rigs.load_rig(name, seed), Path(out)
     frames = poses.plan(rig)
+    if unknown := set(only or ()) - frames.keys():
+        raise StereoLabError(f"{name} has no set {', '.join(sorted(unknown))}. Choose from {', '.join(frames)}.")
     truth = _truth(rig, frames)
     _check_pictures_fit(out, truth)
     _write_facts(rig, frames, truth, out)

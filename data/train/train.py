@@ -11,8 +11,9 @@ folders of real frames with a labels.csv. It writes the evidence of every thing 
 
 from __future__ import annotations
 
+import argparse
 import csv
-import sys
+import io
 from pathlib import Path
 
 import numpy as np
@@ -38,17 +39,18 @@ def look(folder: Path) -> None:
     """Write the evidence of everything in the pictures of a folder."""
     ROWS.mkdir(exist_ok=True)
     seen = list(pictures.real(folder) if (folder / "labels.csv").exists() else pictures.rendered(folder))
-    with open(ROWS / f"{folder.name}.csv", "w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(["picture", "source", "has_ball", "is_ball", *judge.EVIDENCE])
-        for number, picture in enumerate(seen):
-            has = picture.circle is not None
-            for thing, _ in judge.ranking(BallDetector(picture.color).things(picture.image, True))[:MOST_THINGS]:
-                is_ball = has and _is_ball(thing.cone, picture.circle)
-                evidence = [f"{value:.4g}" for value in thing.evidence]
-                table.writerow([number, picture.source, int(has), int(is_ball), *evidence])
-            if number % 100 == 0:
-                print(f"{folder.name}: {number} of {len(seen)}", flush=True)
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(["picture", "source", "has_ball", "is_ball", *judge.EVIDENCE])
+    for number, picture in enumerate(seen):
+        has = picture.circle is not None
+        for thing, _ in judge.ranking(BallDetector(picture.color).things(picture.image, True))[:MOST_THINGS]:
+            is_ball = has and _is_ball(thing.cone, picture.circle)
+            evidence = [f"{value:.4g}" for value in thing.evidence]
+            table.writerow([number, picture.source, int(has), int(is_ball), *evidence])
+        if number % 100 == 0:
+            print(f"{folder.name}: {number} of {len(seen)}", flush=True)
+    write_whole(ROWS / f"{folder.name}.csv", text.getvalue())
 
 
 def _is_ball(cone, circle):
@@ -79,11 +81,17 @@ def counted(home: np.ndarray) -> np.ndarray:
 
 
 def main() -> None:
-    if sys.argv[1] == "look":
-        for folder in sys.argv[2:]:
-            look(Path(folder))
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("step", choices=("look", "fit", "things"))
+    parser.add_argument("folders", nargs="*", type=Path, metavar="FOLDER", help="what look looks at")
+    options = parser.parse_args()
+    if bool(options.folders) != (options.step == "look"):
+        parser.error("look takes folders, and nothing else does")
+    if options.step == "look":
+        for folder in options.folders:
+            look(folder)
         return
-    if sys.argv[1] == "things":
+    if options.step == "things":
         camera = calibrate_recording(open_recording("bench")).camera("left")
         for name in ("clutter", "clutter_test"):
             learned.keep_frames(open_recording(name), "snaps", camera)

@@ -3,7 +3,7 @@
 Two ways. ``method="paper"`` is Algorithm 1 of Rao and Singh: keep the pixels between two HLS bounds,
 blur, and let a circular Hough transform vote for a centre. ``method="cone"`` finds round things of the
 ball's colour, looks where their edge is to a fraction of a pixel, fits the cone of rays that touches
-the ball, and says None where that cone does not hold. ``hough`` is the vote, written out to be read;
+the ball, weighs the evidence for one, and says None where none is more probable. ``hough`` is the vote, written out to be read;
 ``training`` is how the judge's weights are learned, ``own`` a ball of one's own.
 """
 

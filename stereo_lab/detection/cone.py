@@ -32,7 +32,7 @@ class Cone(NamedTuple):
     """A cone through the edges of a look; lengths are px, and what belongs to rays has the shape (RAYS,).
 
     ``u, v``: where its axis, and so the ball's centre, is seen. ``outline_px``: radius of a circle round it that covers as
-    much of the picture as the ball. ``radius_px``: f·tan α, what the ball's radius would be in the middle of the picture.
+    much of the picture as the ball, without the lens's distortion. ``radius_px``: f·tan α, what the ball's radius would be in the middle of the picture.
     ``look``; ``off``: how far beyond its circle the edge lies on each ray; ``weights`` of these edges; ``gap``: how far
     beyond the cone they lie. ``on``: part of the rays in the picture whose edge lies on the cone. ``axis``: a', shape (3,).
     ``information``: how well it is known, the inverse of its covariance, shape (3, 3), by how the edges scatter.

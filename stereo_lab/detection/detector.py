@@ -58,7 +58,7 @@ class BallDetector:
     ) -> None:
         if method not in ("paper", "cone"):
             raise StereoLabError(f'There is no method {method!r}. Choose "paper" or "cone".')
-        self.color = BallColor.named(color) if isinstance(color, str) else color
+        self.color = color if isinstance(color, BallColor) else BallColor.named(color)
         self.method, self.camera, self.best_guess = method, camera, best_guess
 
     def detect(self, image: np.ndarray, near: Detection | None = None) -> Detection | None:
@@ -74,9 +74,11 @@ class BallDetector:
         return None if found is None else self._surer(image, found)
 
     def first(self, image: np.ndarray, near: Detection | None = None) -> Detection | None:
-        """The same at first sight, however much its edge scatters."""
+        """As :meth:`detect`, but an edge that scatters is not looked for again."""
         image = check_image(image)
-        followed, enough = (None, False) if near is None else self._follow(image, near)
+        followed, enough = (
+            (None, False) if near is None or not math.isfinite(near.u + near.v) else self._follow(image, near)
+        )
         if enough:
             return followed
         best = next(iter(self.candidates(image, 1)), None)
@@ -85,10 +87,10 @@ class BallDetector:
         return followed or (best if self.best_guess else None)
 
     def again(self, image: np.ndarray, ball: Detection) -> Detection:
-        """A ball's edge anew, by what is quiet round it; the ball as it was where that tells less."""
+        """A ball's edge measured anew: light or colours that vary round it count less. The ball as it was where that tells less."""
         if ball.cone is None or ball.sigma_px is None:
             return ball
-        cone = self._settle(image, ball.cone.circle, (ball.cone.look.share,), "quiet")
+        cone = self._settle(check_image(image), ball.cone.circle, (ball.cone.look.share,), "quiet")
         if cone is None or not _same(cone, ball.cone):
             return ball
         found = _detection(cone._replace(smeared=ball.smeared), ball.score)
@@ -108,13 +110,13 @@ class BallDetector:
         return [ball for ball, _ in self.weighed(image, most)]
 
     def weighed(self, image: np.ndarray, most: int = 8, everything: bool = False) -> list[tuple[Detection, float]]:
-        """The same with the logarithm of each one's odds against none, for who has more evidence to add."""
+        """The same with the logarithm of each one's odds against none: the other camera's picture can add its own evidence."""
         ranked = ranking(self.things(check_image(image), everything))[:most]
         return [(_detection(thing.cone, p), thing.logit) for thing, p in ranked]
 
     def weighed_at(self, image: np.ndarray, circles: Sequence[Circle]) -> list[tuple[Detection, float]]:
         """The same by a long look at some places (u, v, radius), px."""
-        step = max(1, round(_least_radius(image) / LONG_STEP))
+        step = max(1, round(_least_radius(check_image(image)) / LONG_STEP))
         colored = _colored(self.color.likeness(image, step), step)
         things = self._look_at(image, 1, circles, colored)
         return [(_detection(thing.cone, _probability(thing.logit)), thing.logit) for thing in things]

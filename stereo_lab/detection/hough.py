@@ -69,4 +69,4 @@ def rim_share(grey: np.ndarray, circle: Circle) -> float:
     miss = np.hypot(*(outward + radius * directions).T)
     away = outward[miss < max(MISS_PX, MISS * radius)]
     length = max(1, round(2 * np.pi * radius))  # of the rim, px
-    return len(np.unique(np.floor(np.arctan2(away[:, 1], away[:, 0]) / (2 * np.pi) * length))) / length
+    return len(np.unique(np.floor(np.arctan2(away[:, 1], away[:, 0]) / (2 * np.pi) * length) % length)) / length

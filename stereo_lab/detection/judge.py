@@ -67,8 +67,8 @@ def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
     """What speaks for a ball, in the order of EVIDENCE.
 
     Contrast of likeness between inside and outside, and likeness just within the rim. Of the rays in the picture:
-    those with a light edge on the cone (rim), those where the colour ends there (ends). Of all rays: those where it
-    goes on without an edge (overflow), and the longest arc without a break that has an edge on the cone: half of a
+    those with a light edge on the cone (rim), those where the colour ends there (ends). Of all rays: those in the
+    picture where it goes on without an edge (overflow), and the longest arc without a break that has an edge on the cone: half of a
     ball that looks out behind something is one, an egg's outline crosses its circle four times. Beyond: how far
     edges lie outside the cone on average; what hides a ball only cuts it off. Unsure: the standard deviation of the
     radius, in radii, by how the edges scatter. Lobes: how much the outline swells in two to four places, as an
@@ -98,7 +98,7 @@ def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
         (within - outside @ look.seen / seen) / 255,
         np.count_nonzero(on) / seen,
         np.count_nonzero(ends) / seen,
-        np.count_nonzero(~edged & (outside > OUTSIDE)) / RAYS,
+        np.count_nonzero(~edged & look.seen & (outside > OUTSIDE)) / RAYS,
         math.log(_lobes(color_gaps, color_clear, r) + 0.01),
         math.log(_mean(astray, color_clear, r) + 0.1),
         math.log(shade + 0.02),
@@ -119,7 +119,7 @@ def _inside(cone):
     """
     look, r = cone.look, np.float32(cone.outline_px)
     x, y = DISC[0] * r + np.float32(cone.u - look.left), DISC[1] * r + np.float32(cone.v - look.top)
-    colors = cv2.remap(look.patch, x, y, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
+    colors = cv2.remap(look.patch, x[None], y[None], cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
     ours = look.color.likeness(colors)[0, :, None] > PERHAPS
     count = max(1, np.count_nonzero(ours))
     light = (colors[0] * ours).astype(np.float32)

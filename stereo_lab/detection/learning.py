@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from stereo_lab.detection.color import BINS, LAST_HUE, STEP, BallColor, bin_colors
+from stereo_lab.detection.model import check_image
 from stereo_lab.errors import StereoLabError
 
 MARKS, LEAST_SURE = 6, 0.75  # balls that mark themselves, and how sure each must be
@@ -38,8 +39,10 @@ def surest(images: Sequence[np.ndarray], color: BallColor) -> tuple[tuple[int, f
 
 def pixels_of(images: Sequence[np.ndarray], circles: Sequence[Sequence[float]]) -> tuple[np.ndarray, np.ndarray]:
     """Pixels of the marked balls and of all the rest, shapes (N, 3) and (M, 3), BGR."""
+    if len(images) != len(circles) or any(len(circle) != 3 for circle in circles):
+        raise StereoLabError("Expected for each picture one circle (u, v, radius), in px.")
     inside, outside = [], []
-    for image, (u, v, radius) in zip(images, circles, strict=True):
+    for image, (u, v, radius) in zip(map(check_image, images), circles, strict=True):
         distance = np.hypot(*(np.indices(image.shape[:2])[::-1] - np.array([u, v])[:, None, None]))
         smooth = cv2.GaussianBlur(image, (0, 0), 1.0)
         if not (distance < 0.85 * radius).any():
@@ -67,9 +70,9 @@ def _histogram(ball, rest):
     """Share of ball among the pixels of each colour, with both counts spread over similar colours."""
     shares = []
     for pixels in (ball, rest):
-        counts = np.zeros((BINS, BINS, BINS), np.float32)
-        np.add.at(counts, tuple((pixels // STEP).T), 1)
-        shares.append(_spread(counts) / len(pixels))
+        blue, green, red = (pixels // STEP).astype(np.int32).T
+        counts = np.bincount((blue * BINS + green) * BINS + red, minlength=BINS**3).reshape(BINS, BINS, BINS)
+        shares.append(_spread(counts.astype(np.float32)) / len(pixels))
     return PRIOR * shares[0] / (PRIOR * shares[0] + (1 - PRIOR) * shares[1] + 1e-7)
 
 
@@ -130,4 +133,6 @@ def hls_ranges(pixels):
     (l0, l1), (s0, s1) = (np.percentile(hls[:, k], [1, 99]) for k in (1, 2))
     low, high = round(low) % 180, round(high) % 180
     spans = [(low, high)] if low <= high else [(low, LAST_HUE), (0, high)]
+    if low == 0:
+        spans.append((LAST_HUE, LAST_HUE))  # the same hue, as OpenCV 5 may round it
     return tuple(((int(a), int(l0), int(s0)), (int(b), int(l1), int(s1))) for a, b in spans)

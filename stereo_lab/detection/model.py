@@ -23,10 +23,11 @@ class Detection:
 
     Attributes
     ----------
-    u, v, radius_px : float, its centre and radius in pixels of that picture
+    u, v, radius_px : float, where its centre is seen, and the radius that it would have in the middle of the picture, px;
+        by the paper's way the radius that is seen
     score : float, 0…1: the probability that it is the ball; by the paper's way, which has none, its share of votes
-    sigma_px, sigma_radius_px : float, standard deviations of each coordinate of the centre and of the radius;
-        None by the paper's way
+    sigma_px, sigma_radius_px : float, standard deviations of the centre's u and of the radius; that of v is taken to be the
+        same, and is larger where the rim is hidden above or below. None by the paper's way
     cone : Cone, the edge it was found by; None by the paper's way
     """
 
@@ -58,7 +59,7 @@ def check_image(image: np.ndarray) -> np.ndarray:
     """A BGR uint8 picture, or a plain error."""
     image = np.asarray(image)
     if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8 or 0 in image.shape:
-        got = f"got {image.shape} and {image.dtype}"
+        got = f"got {image.shape} and {image.dtype}" if image.ndim else "there is none; was its file found?"
         raise StereoLabError(f"Expected a colour picture of shape (height, width, 3) and type uint8; {got}.")
     return image
 

@@ -57,7 +57,7 @@ class OwnBall(BallColor):
         ----------
         images : sequence of ndarray, BGR, in the order in which they were taken
         circles : sequence of (u, v, radius) in px, one for each picture, or None where there is no ball
-        color : BallColor or the name of one, optional; else it is learned from the first marks
+        color : BallColor or the name of one, optional; else it is learned from up to six of the marks
         start : Weights, optional; None: from nothing
         names, source : what the pictures are called, and where they come from
         camera : (matrix, distortion), optional
@@ -82,11 +82,11 @@ class OwnBall(BallColor):
             frames.append(look(detector, image, circles[k]))
             progress(k + 1, len(images))
         lost = _without_outline(frames, names)
-        kept = [k for k in range(len(frames)) if names[k] not in lost]
+        kept = [k for k in range(len(frames)) if k not in lost]
         judged = unseen([frames[k] for k in kept], [kept.index(k) for k in shown if k in kept], start)
         trained_on = {
             "source": source, "pictures": ", ".join(names), "balls": len(marked), "empty": len(circles) - len(marked),
-            "no_outline_at_the_mark": lost, "color": f"{color.name}, from {len(shown)} of the marks" if shown else color.name,
+            "no_outline_at_the_mark": [names[k] for k in lost], "color": f"{color.name}, from {len(shown)} of the marks" if shown else color.name,
             "from": "nothing" if start is None else "the shipped weights",
         }  # fmt: skip
         told = {**judged._asdict(), "pictures_alike": all_alike(images)}
@@ -121,7 +121,7 @@ class OwnBall(BallColor):
             trained_on, judged = dict(facts["trained_on"]), dict(facts["unseen"])
             ranges, table = _color_from(facts["color"])
             return cls("own", ranges, table, (), weights, trained_on, judged)
-        except (StereoLabError, KeyError, TypeError, ValueError, zlib.error) as error:
+        except (StereoLabError, KeyError, TypeError, ValueError, OverflowError, zlib.error) as error:
             why = f"{error} is missing" if isinstance(error, KeyError) else error
             raise StereoLabError(
                 f"{path} is damaged: {why}. Train it again: stereo-lab train REC --out {path}"
@@ -153,20 +153,20 @@ def _check_enough(balls, empty):
 
 
 def _without_outline(frames, names):
-    """Names of marked pictures in which no outline agrees with the mark; refused where it holds two balls, or where they are many."""
+    """Numbers of marked pictures in which no outline agrees with the mark; refused where it holds two balls, or where they are many."""
     lost = []
-    for frame, name in zip(frames, names, strict=True):
+    for k, (frame, name) in enumerate(zip(frames, names, strict=True)):
         if frame.circle is None or frame.is_ball.any():
             continue
         if _things_within(frame) > 1:
             raise StereoLabError(
                 f"The mark in picture {name} holds more than one round thing of the ball's colour. Mark one ball, by its rim."
             )
-        lost.append(name)
+        lost.append(k)
     balls = sum(frame.circle is not None for frame in frames)
     if 2 * len(lost) > balls or balls - len(lost) < LEAST_BALLS:
         raise StereoLabError(
-            f"In {len(lost)} of {balls} marked pictures, such as {lost[0]}, nothing round of one colour has its rim at the mark. Mark the ball's own rim."
+            f"In {len(lost)} of {balls} marked pictures, such as {names[lost[0]]}, nothing round of one colour has its rim at the mark. Mark the ball's own rim."
         )
     return lost
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereo_lab.calibration import StereoCalibration, calibrate_recording
-from stereo_lab.detection import BallColor, Detection
+from stereo_lab.detection import BallColor, Detection, check_image
 from stereo_lab.errors import StereoLabError
 from stereo_lab.localization.ours import ConeWay
 from stereo_lab.localization.paper import PaperWay
@@ -106,8 +106,8 @@ class Localizer:
         -------
         (Detection, Detection) in raw pixels, or None
         """
-        self.calibration.check_size(left)
-        self.calibration.check_size(right)
+        self.calibration.check_size(check_image(left))
+        self.calibration.check_size(check_image(right))
         return self.way.detect(left, right, near)
 
     def position(self, left: Detection, right: Detection) -> Position | None:

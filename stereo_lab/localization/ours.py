@@ -62,7 +62,7 @@ class ConeWay:
         places = [[m.x_mm, m.y_mm, depth - m.depth_mm] for m in measured]
         if len(found) < 3:
             _check_rows(calibration, detectors, named.values())
-        check_enough(found, missed, 3, recording)
+        check_enough(found, missed, 3, recording, color)
         points = _triangulate(calibration, *zip(*found, strict=True))
         centers = [_center_sigmas(*pair) for pair in found]
         sigma = np.hypot(pixel_sigma(calibration, points, centers), RULER_SIGMA_MM)
@@ -97,9 +97,12 @@ class ConeWay:
                 return one_sphere(self.calibration, *surer(looks, (one, other)))
         return find_pair(self.calibration, self.detectors, self.diameter_mm, left, right)
 
-    def position(self, left: Detection, right: Detection) -> Position:
-        """Two detections of one ball, triangulated and put on the bench."""
-        return self.on_bench(_triangulate(self.calibration, [left], [right]), _center_sigmas(left, right))
+    def position(self, left: Detection, right: Detection) -> Position | None:
+        """Two detections of one ball, triangulated and put on the bench; None where their rays do not meet before the cameras."""
+        point = _triangulate(self.calibration, [left], [right])
+        if not (np.isfinite(point).all() and point[0, 2] > 0):
+            return None
+        return self.on_bench(point, _center_sigmas(left, right))
 
     def on_bench(self, point_1x3: ArrayLike, centers_px: ArrayLike = (CENTER_SIGMA_PX, CENTER_SIGMA_PX)) -> Position:
         """A point of the rectified left camera, mm, as a place on the bench; centres known so well, px."""

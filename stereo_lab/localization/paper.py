@@ -48,9 +48,9 @@ class PaperWay:
         """The way, its residuals (see :class:`Localizer`) and the samples it missed."""
         detector = BallDetector(color, "paper")
         plane, places, missed = _rectified_samples(recording, "position", samples, calibration, detector)
-        check_enough(plane, missed, 2, recording)
+        check_enough(plane, missed, 2, recording, detector.color)
         along, depths, lost = _rectified_samples(recording, "depth", samples, calibration, detector)
-        check_enough(along, lost, 3, recording)
+        check_enough(along, lost, 3, recording, detector.color)
         x_line, y_line = LineFit.fit(plane[:, 0], places[:, 0]), LineFit.fit(plane[:, 1], places[:, 1])
         depth = PaperDepth.fit(along[:, 2], depths[:, 2])
         residuals = np.full((len(plane) + len(along), 3), np.nan)

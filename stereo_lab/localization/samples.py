@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence, Sized
 
+from stereo_lab.detection import BallColor
 from stereo_lab.errors import StereoLabError
 from stereo_lab.recording import Recording
 
 
-def check_enough(found: Sized, missed: Sequence[str], least: int, recording: Recording) -> None:
+def check_enough(found: Sized, missed: Sequence[str], least: int, recording: Recording, color: BallColor) -> None:
     """Raise a StereoLabError that names the missed samples where fewer than ``least`` are left."""
+    if len(found) + len(missed) == 0:
+        raise StereoLabError(f"No measured pairs are left to fit on; {least} are needed. Leave fewer of them out.")
     if len(found) < least:
         raise StereoLabError(
-            f"The {recording.ball.color} ball was found in {len(found)} of {len(found) + len(missed)} measured pairs; "
+            f"The {color.name} ball was found in {len(found)} of {len(found) + len(missed)} measured pairs; "
             f"{least} are needed (missed: {', '.join(missed)}). "
             f"Check ball color and diameter_mm in {recording.path / 'recording.json'}."
         )
