@@ -564,6 +564,7 @@ def test_words_that_are_no_answer_are_told_why(words, says):
         ("06", 1, "N6 MV 2 -30", "NOT YET - the number of the line is put before it for you"),
         ("06", 1, "MV 2 -30*AC", "NOT YET - the checksum is put behind it for you"),
         ("06", 1, "MV 2 -30 100", "PASS"),
+        ("06", 1, "MV 2 -30 10", "NOT YET - expected 3 words"),
         ("06", 1, "MV 2 -30 400", "NOT YET - expected 3 words"),
         ("06", 1, "MV 2 -300", "NOT YET - that turns it to -300 degrees"),
         ("06", 5, "2,047", "PASS"),

@@ -249,6 +249,18 @@ def test_where_one_picture_is_unsure_the_other_is_looked_at_by_the_same():
     assert looked == ["left", "right"] and [b.u for b in pair] == [0, 0]
 
 
+def test_rays_that_do_not_meet_before_the_cameras_are_no_place(by_cone):
+    here = Detection(320, 240, 15, 0.9)
+    assert by_cone.position(here, Detection(250, 240, 15, 0.9)).depth_mm > 0
+    assert by_cone.position(here, here) is None or by_cone.position(here, here).depth_mm > 3000
+    assert by_cone.position(Detection(250, 240, 15, 0.9), here) is None
+
+
+def test_a_picture_that_was_not_found_is_said(by_cone, bench):
+    with pytest.raises(StereoLabError, match="there is none; was its file found"):
+        by_cone.locate(None, bench.pairs("evaluation")[0].right)
+
+
 def test_detections_without_edges_stay_where_they_are(bench_calibration):
     pair = Detection(320, 240, 15, 0.9), Detection(250, 241, 15, 0.9)
     assert sphere.one_sphere(bench_calibration, *pair) == pair

@@ -34,12 +34,14 @@ FORMS = {
     r"\b(to|by|cw|ccw|joint|elbow|theta2)\b": "the line has the command and two numbers, the joint and the angle; no other words.",
 }
 
+FULL_SPEED = 100.0  # percent; the next cell waits for no slower turn
+
 
 @dataclass(frozen=True, eq=False)
 class Command:
     """A line for the controller of the arm: words, and numbers that may be written in any way; only the joint is one digit.
 
-    A percentage of the speed may stand behind it.
+    The full speed, 100, may stand behind it.
 
     Attributes
     ----------
@@ -53,10 +55,13 @@ class Command:
     praise: str = ""
     also: tuple[Any, ...] = ()
 
+    def carried(self, answer: Any) -> Any:
+        """The line itself, where it stands in a list of one."""
+        return answer[0] if isinstance(answer, (list, tuple)) and len(answer) == 1 else answer
+
     def judge(self, answer: Any) -> Verdict:
         """PASS for the same words and numbers; else what the line says instead."""
-        if isinstance(answer, (list, tuple)) and len(answer) == 1:
-            answer = answer[0]
+        answer = self.carried(answer)
         if isinstance(answer, bytes):
             return Verdict(NOT_YET, "the b before the quotes is put there for you: leave it away.")
         if not issubclass(type(answer), str):
@@ -70,8 +75,7 @@ class Command:
         words, right = _words(answer), _words(self.right)
         if re.fullmatch(r"N\d+", answer.split()[0], re.IGNORECASE):
             return Verdict(NOT_YET, "the number of the line is put before it for you: leave it away.")
-        percent = words[len(right) :]
-        if words[: len(right)] == right and (not percent or _is_percent(percent)):
+        if words in (right, [*right, FULL_SPEED]):
             return Verdict(PASS, self.praise)
         for mistake in self.wrong:
             if words == _words(mistake.answer):
@@ -80,7 +84,7 @@ class Command:
             if re.search(form, answer, re.IGNORECASE):
                 return Verdict(NOT_YET, message)
         if len(words) != len(right):
-            more = " A fourth can only be a part of the full speed, 1 to 100." if len(words) == len(right) + 1 else ""
+            more = " A fourth is a part of the full speed: leave it away." if len(words) == len(right) + 1 else ""
             return Verdict(
                 NOT_YET, f"expected {len(right)} words with blanks between them, this has {len(words)}.{more}"
             )
@@ -92,11 +96,6 @@ class Command:
             NOT_YET,
             f"look at the {place} word of {reprlib.repr(answer)}: it says something else. There stands {meant}.",
         )
-
-
-def _is_percent(words):
-    """Whether these words are one, and a part of the full speed."""
-    return len(words) == 1 and isinstance(words[0], float) and 0 < words[0] <= 100
 
 
 def _words(line):

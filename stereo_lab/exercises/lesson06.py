@@ -165,6 +165,10 @@ def _rule():
                     "just at the goal yours drives on: brake at 0 as well, <= and not <.",
                 ),
                 Wrong(
+                    lambda left, zone, fast, slow: fast if left > zone else slow if left != 0 else 0.0,
+                    "it brakes at exactly 0 only, and past the goal yours drives on: <= 0, not == 0.",
+                ),
+                Wrong(
                     lambda left, zone, fast, slow: fast if left > zone else slow if left > 0 else -fast,
                     "past the goal yours drives back. The rule brakes there: 0 volts.",
                 ),

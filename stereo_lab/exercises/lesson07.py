@@ -109,7 +109,7 @@ def _gone(given):
                 Wrong(speed + old_ms, "a speed and a time are not added. Speed times time."),
                 Wrong(right / 10, f"{old_ms:g} ms are {old_ms / 1000:.3f} s, not {old_ms / 10_000:g}."),
             ),
-            f"{right:.0f} mm, the whole radius of the ball." if right == BALL_RADIUS_MM else f"{right:g} mm, and the ball's radius is about {BALL_RADIUS_MM:.0f}.",
+            f"{right:.0f} mm, the whole radius of a ball that is {2 * right:.0f} mm wide." if right == BALL_RADIUS_MM else f"{right:g} mm, and the radius of a ball that is 40 mm wide is {BALL_RADIUS_MM:.0f}.",
             known={f"{speed:g}": speed, f"{old_ms:g}": old_ms},
             ask="Speed times time, in millimetres a second and in seconds.",
             small=f"so far it rolls in less than {old_ms:g} ms. Speed times time, in millimetres a second and in seconds.",
@@ -134,6 +134,7 @@ def _ahead():
             ahead, tries, 0.01, "mm",
             (
                 Wrong(lambda p, v, t: max(p, p + v * t), "a ball with a velocity below zero goes the other way: no max."),
+                Wrong(lambda p, v, s: p + v * (s + 0.06), "a real camera's own delay is added where you follow, not in here."),
                 Wrong(lambda p, v, s: p * v * s, "the way is added to the place: plus."),
                 Wrong(lambda p, v, s: p + 2 * v * s, "that is twice the way."),
                 Wrong(lambda p, v, s: p + v * s / 2, "that is half of the way. (Half belongs to a steady acceleration, not to a steady velocity.)"),

@@ -94,7 +94,7 @@ class Question:
     def _carried(self, answer):
         if isinstance(self.answer, Choice):  # later cells know the English words
             return in_english(answer)
-        return self.answer.carried(answer) if isinstance(self.answer, (Number, Function)) else answer
+        return self.answer.carried(answer) if isinstance(self.answer, (Number, Function, Command)) else answer
 
 
 def _in_words(verdict):

@@ -88,6 +88,8 @@ class Follower:
         inverse: Callable[[float, float], tuple[float, float]] | None = None,
         run_on: bool = True,
     ) -> None:
+        if not arm.homed:
+            raise StereoLabError(f"Expected {arm.name} to be homed: its angles mean nothing before. Call home() first.")
         self.arm, self.predict, self.inverse, self.follows = arm, predict, inverse, True
         self._runs_on = run_on and bool(predict)
         self.stands, self.radius_mm = recording.registration, recording.ball.diameter_mm / 2
