@@ -330,8 +330,8 @@ def test_colours_in_capitals(small, tmp_path, capsys):
     assert open_recording(small).ball.color == "red"
     assert BallColor.named("Red ").name == "red" == BallDetector("RED").color.name
     assert main(["detect", str(PICTURE), "--color", " Red"]) == 0
-    half = str(small / "position" / "left" / "*.jpg")
-    made = import_images(half, half, Board(9, 6, 25.0), tmp_path / "out", Ball("Green", 40.0))
+    left, right = (str(small / "position" / side / "*.jpg") for side in ("left", "right"))
+    made = import_images(left, right, Board(9, 6, 25.0), tmp_path / "out", Ball("Green", 40.0))
     assert made.ball.color == "green"
 
 
@@ -500,6 +500,24 @@ def test_a_rig_file_that_is_none(tmp_path, monkeypatch, text, says):
     path.write_text(text)
     with pytest.raises(StereoLabError, match=says):
         importlib.import_module("rig").load_rig(path)
+
+
+def test_a_decimal_comma_is_no_new_column(tmp_path):
+    table = tmp_path / "t.csv"
+    table.write_text("name,x_mm,y_mm\n000,1,2,\n001,115,5,1000\n")
+    with pytest.raises(RecordingError, match="line 3 has 4 fields, expected 3. A decimal comma"):
+        read_table(table, ("name", "x_mm"))
+    table.write_text("name;x_mm;y_mm\n000;115,5;1000\n")
+    assert read_table(table, ("name", "x_mm"))[0][1]["x_mm"] == "115.5"
+
+
+@pytest.mark.parametrize("word", ["Fit", "test"])
+def test_what_a_measured_pair_is_for_is_one_of_two_words(tmp_path, word):
+    shutil.copytree(ROOT / "data" / "third_rig", tmp_path / "mine")
+    table = tmp_path / "mine" / "depth" / "measured.csv"
+    table.write_text(table.read_text().replace("check", word))
+    with pytest.raises(RecordingError, match=f"use: expected fit or check, or nothing; got '{word}'"):
+        open_recording(tmp_path / "mine").samples("depth")
 
 
 @pytest.fixture

@@ -135,7 +135,7 @@ def test_import_then_calibrate(tmp_path):
         (("calibrate", "nowhere"), "no folder"),
         (("demo", "nowhere"), "no folder"),
         (("detect", "nowhere.jpg"), "Cannot read"),
-        (("detect", "README.md"), "broken"),
+        (("detect", "README.md"), "no picture that can be read"),
         (("detect", "data/bench/snaps/left/000.jpg", "--color", "pink"), "pink"),
         (("detect", "data/bench/snaps/left/000.jpg", "--color-from", "nowhere.csv"), "nowhere.csv"),
         (
@@ -147,6 +147,16 @@ def test_import_then_calibrate(tmp_path):
             ("import", "--left", "a", "--right", "b", "--board", "9x6", "--square-mm", "wide", "--out", "x"),
             "--square-mm",
         ),
+        (
+            ("import", "--left", "data/bench/calibration/left/*.jpg", "--right", "data/bench/calibration/*/*.jpg")
+            + ("--board", "9x6", "--square-mm", "25", "--out", "x"),
+            "matches both patterns",
+        ),
+        (
+            ("import", "--left", "a.mp4", "--right", "b.mp4", "--board", "9x6", "--square-mm", "25", "--every", "0"),
+            "--every",
+        ),
+        (("train", "clutter", "--out", "ball.txt"), ".json"),
         (("render", "nowhere"), "no rig"),
         (("fly",), "invalid choice"),
     ],

@@ -158,7 +158,9 @@ def test_a_teachers_folder_comes_first(shelf, monkeypatch, tmp_path):
     (shelf / "ours").rename(shelf / "bench")
     assert open_recording("bench").path == open_recording("data/bench").path.parent.parent.parent / shelf / "bench"
     monkeypatch.setenv(places.DATA, str(tmp_path / "none"))
-    with pytest.raises(RecordingError, match="There is no folder no_such. Shipped recordings: bench"):
+    with pytest.raises(
+        RecordingError, match="There is no folder no_such. Recordings that are found by their names: bench"
+    ):
         monkeypatch.delenv(places.DATA)
         open_recording("no_such")
 

@@ -154,11 +154,13 @@ def test_truncated_jpeg(small):
         read_image(path)
 
 
-@pytest.mark.parametrize("content", [b"", b"not a picture"])
-def test_unreadable_picture(tmp_path, content):
+@pytest.mark.parametrize(
+    ("content", "says"), [(b"", "broken"), (b"not a picture", "no picture"), (b"\xff\xd8", "broken")]
+)
+def test_unreadable_picture(tmp_path, content, says):
     path = tmp_path / "x.jpg"
     path.write_bytes(content)
-    with pytest.raises(RecordingError, match="broken"):
+    with pytest.raises(RecordingError, match=says):
         read_image(path)
 
 

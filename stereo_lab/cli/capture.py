@@ -10,7 +10,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stereo_lab.cli.terminal import OK, WANTING, me, write_json_option
+from stereo_lab.cli.terminal import OK, WANTING, me, typed, write_json_option
 from stereo_lab.errors import StereoLabError
 
 if TYPE_CHECKING:
@@ -55,6 +55,8 @@ def run_import(options: argparse.Namespace) -> int:
         raise StereoLabError(
             f"Expected {', '.join(lacking)} as well; or --calibration, to take over one made elsewhere."
         )
+    if options.every < 1:
+        raise StereoLabError(f"--every: expected a whole number from 1 up, got {options.every}.")
     board = board_of_option(options)
     ball = Ball(color_name(options.ball_color, "--ball-color"), length_mm(options.ball_mm, "--ball-mm"))
     if options.left and is_video(options.left):
@@ -65,7 +67,7 @@ def run_import(options: argparse.Namespace) -> int:
         recording = import_images(options.left, options.right, board, options.out, ball)
     pairs = recording.pairs("calibration")
     print(f"{recording.path}: {len(pairs)} pairs of {recording.image_size[0]}x{recording.image_size[1]} pixels.")
-    print(f"Next: {me()} calibrate {options.out}")
+    print(f"Next: {me()} calibrate {typed(options.out)}")
     write_json_option(
         options.json, {"path": str(recording.path), "pairs": len(pairs), "image_size": list(recording.image_size)}
     )
@@ -164,6 +166,10 @@ def run_record(options: argparse.Namespace) -> int:
             f"{options.out} was begun with a {known.color} ball of {known.diameter_mm:g} mm; this is a {ball.color} one of "
             f"{ball.diameter_mm:g} mm. Change it in {Path(options.out) / 'recording.json'}, or name another folder."
         )
+    if any(Path(film).is_file() for film in (options.left, options.right)):
+        print(
+            f"A film runs as a camera does, by its own clock: left and right may be of different moments. For two films of one recording: {me()} import --left FILM --right FILM"
+        )
     source = _two_cameras(options, (640, 480) if begun is None else begun.image_size)
     with source, Recorder(Folder(options.out, source.size, board, ball), board) as recorder:
         for sentence in source.lock():
@@ -173,7 +179,7 @@ def run_record(options: argparse.Namespace) -> int:
     pairs = len(recorder.folder.names(options.set_name))
     taken = pairs - before  # as the disk has it: Ctrl-C may come while one is being taken
     print(f"\n{options.out}: {taken} more; {pairs} pairs in {options.set_name}.")
-    print(f"Next: {me()} check {options.out}")
+    print(f"Next: {me()} check {typed(options.out)}")
     write_json_option(options.json, {"path": str(options.out), "taken": taken})
     return OK
 

@@ -91,6 +91,11 @@ def flush_output() -> None:
         ) from None
 
 
+def typed(path: str) -> str:
+    """A path as it is typed after a command: in quotes where it has blanks."""
+    return f'"{path}"' if " " in str(path) else str(path)
+
+
 def me() -> str:
     """How the person called the kit: by lab.py, or by the command itself."""
     return os.environ.get("STEREO_LAB_COMMAND") or (shutil.which("stereo-lab") and "stereo-lab") or "python3 lab.py"

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 from stereo_lab.cli.terminal import OK, Progress, write_json_option
+from stereo_lab.errors import StereoLabError
 
 
 def run_train(options: argparse.Namespace) -> int:
@@ -16,6 +18,8 @@ def run_train(options: argparse.Namespace) -> int:
     from stereo_lab.recording.marks import read_marks, shots_of
 
     check_target(options.out)
+    if Path(options.out).suffix.lower() != ".json":
+        raise StereoLabError(f"--out: expected a name that ends in .json, got {options.out}.")
     marks = read_marks(options.marks) if options.marks else None
     shots = shots_of(options.recording, options.set_name, marks or ())
     marks_proposed = marks is None

@@ -242,7 +242,7 @@ def read_table(path: str | Path, columns: Sequence[str]) -> list[tuple[str, dict
     Raises
     ------
     RecordingError
-        If the file cannot be read, or one of the columns is missing.
+        If the file cannot be read, one of the columns is missing, or a line has more fields than there are columns.
     """
     path = Path(path)
     try:
@@ -256,6 +256,12 @@ def read_table(path: str | Path, columns: Sequence[str]) -> list[tuple[str, dict
             )
         rows.fieldnames = names
         filled = [(f"{path}, line {rows.line_num}", row) for row in rows]
+        for where, row in filled:
+            if any((text or "").strip() for text in row.get(None) or ()):
+                raise RecordingError(
+                    f"{where} has {len(names) + len(row[None])} fields, expected {len(names)}. A decimal comma? "
+                    "Write 115.5, or put semicolons between the columns."
+                )
     except RecordingError:
         raise
     except StereoLabError as error:

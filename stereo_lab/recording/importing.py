@@ -46,7 +46,10 @@ def import_images(
         ``out`` is in use.
     """
     check_new(out)
-    return _imported(_match_halves(_expand(left_glob), _expand(right_glob)), board, Path(out), ball)
+    left, right = _expand(left_glob), _expand(right_glob)
+    if both := set(left) & set(right):
+        raise RecordingError(f"{min(both)} matches both patterns: left and right are pictures of two cameras.")
+    return _imported(_match_halves(left, right), board, Path(out), ball)
 
 
 def import_side_by_side(pattern: str, board: Board, out: str | Path, ball: Ball | None = None) -> Recording:

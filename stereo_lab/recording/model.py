@@ -125,7 +125,10 @@ class Recording:
             x, y, depth = (place_mm(row[k], f"{where}, {k}") for k in ("x_mm", "y_mm", "depth_mm"))
             ball = self.true_ball(set_name, pair.name)
             truth = None if ball is None else _exact(ball["ball"])
-            samples.append(Sample(pair, Position(x, y, depth), truth, (row.get("use") or "").strip()))
+            use = (row.get("use") or "").strip()
+            if set_name in SHARED_OUT and use not in ("", *USES):
+                raise RecordingError(f"{where}, use: expected {' or '.join(USES)}, or nothing; got {use!r}.")
+            samples.append(Sample(pair, Position(x, y, depth), truth, use))
         if set_name in SHARED_OUT and not any(sample.use for sample in samples):
             samples = [replace(sample, use=USES[k % 2]) for k, sample in enumerate(samples)]
         return tuple(samples)

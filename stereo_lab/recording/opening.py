@@ -75,7 +75,9 @@ def _find_folder(path):
             f"{path} has no recording.json in it, so it is no recording. data/README.md shows what goes in."
         )
     places.check_shelves()
-    raise RecordingError(f"There is no folder {path}. Shipped recordings: {', '.join(places.known())}.")
+    raise RecordingError(
+        f"There is no folder {path}. Recordings that are found by their names: {', '.join(places.known())}."
+    )
 
 
 def _parse(folder, facts):

@@ -14,6 +14,7 @@ from stereo_lab.common.files import read_bytes
 from stereo_lab.errors import RecordingError, StereoLabError
 
 PICTURES = (".jpg", ".jpeg", ".png")
+HEADS = (b"\xff\xd8", b"\x89PNG", b"BM", b"RIFF", b"II", b"MM")  # how pictures begin
 PHONES = {
     b"heic": "HEIC",
     b"heix": "HEIC",
@@ -92,6 +93,8 @@ def _broken(path, data):
             f'{path} is a {PHONES[data[8:12]]} picture, which cannot be read here. Set the phone to JPEG ("most compatible"), or '
             "save it again as JPEG."
         )
+    if data and not data.startswith(HEADS):
+        return RecordingError(f"{path} is no picture that can be read: expected a .jpg or .png.")
     return RecordingError(f"{path} is broken or cut short ({len(data)} bytes). Copy or take it again.")
 
 
