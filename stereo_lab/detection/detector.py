@@ -76,9 +76,7 @@ class BallDetector:
     def first(self, image: np.ndarray, near: Detection | None = None) -> Detection | None:
         """As :meth:`detect`, but an edge that scatters is not looked for again."""
         image = check_image(image)
-        followed, enough = (
-            (None, False) if near is None or not math.isfinite(near.u + near.v) else self._follow(image, near)
-        )
+        followed, enough = (None, False) if near is None else self._follow(image, near)
         if enough:
             return followed
         best = next(iter(self.candidates(image, 1)), None)
