@@ -147,6 +147,7 @@ class Recorder:
     """In place of an arm: writes down what it is asked for."""
 
     limits_deg = ((-165.0, 165.0), (-155.0, 155.0))
+    homed = True
 
     def __init__(self):
         self.orders = []
@@ -204,6 +205,7 @@ def test_a_function_of_ones_own_that_stops_gets_a_sentence(bench, own, words):
     place = Position(60.0, 280.0, 1000.0, (1.0, 1.0, 1.0))
     track = Track(0.0, place, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), True, None)
     with connect("virtual://arm") as arm:
+        arm.home()
         follower = Follower(arm, bench, **own)
         with pytest.raises(StereoLabError) as told:
             follower._aim(track, 0.0)
@@ -213,10 +215,18 @@ def test_a_function_of_ones_own_that_stops_gets_a_sentence(bench, own, words):
 def test_a_ball_out_of_reach_is_not_asked_of_a_function_of_ones_own(bench):
     """Its arc cosine would stop there."""
     place = Position(600.0, 280.0, 1000.0, (1.0, 1.0, 1.0))
-    with connect("virtual://arm") as arm, pytest.raises(UnreachableTargetError):
-        Follower(arm, bench, inverse=lambda x, y: 1 / 0)._aim(
-            Track(0.0, place, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), True, None), 0.0
-        )
+    with connect("virtual://arm") as arm:
+        arm.home()
+        follower = Follower(arm, bench, inverse=lambda x, y: 1 / 0)
+        with pytest.raises(UnreachableTargetError):
+            follower._aim(Track(0.0, place, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), True, None), 0.0)
+
+
+def test_an_arm_that_does_not_know_where_it_stands_follows_nothing(bench):
+    with connect("virtual://arm") as arm:
+        arm.enable()
+        with pytest.raises(StereoLabError, match=r"virtual://arm to be homed.*home\(\)"):
+            Follower(arm, bench)
 
 
 def test_however_it_ends_the_arm_rests(bench, localizer):
