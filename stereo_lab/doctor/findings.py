@@ -89,17 +89,15 @@ class Checkup:
     @property
     def says(self) -> str:
         """The verdict in a sentence."""
-        known = self.clean_mm is not None and math.isfinite(self.clean_mm)
-        means = (
-            f"The depth of a ball at {self.depth_mm / 1000:.1f} m comes out to about ±{self.clean_mm:.1f} mm"
-            if known
-            else ""
-        )
+        if self.clean_mm is not None and math.isfinite(self.clean_mm):
+            means = f"The depth of a ball at {self.depth_mm / 1000:.1f} m comes out to about ±{self.clean_mm:.1f} mm"
+        else:
+            means = f"How far off a depth may be {'cannot' if self.verdict == CLEAN else 'can'} be told"
         if self.verdict == CLEAN:
-            return f"Nothing is wrong that matters. {means or 'How far off a depth may be cannot be told'}."
+            return f"Nothing is wrong that matters. {means}."
         count = sum(finding.severity != NOTE for finding in self.findings)
         things = "one thing" if count == 1 else f"{count} things"
-        return f"There {'is' if count == 1 else 'are'} {things} to mend. {means or 'How far off a depth may be can be told'}, once that is done."
+        return f"There {'is' if count == 1 else 'are'} {things} to mend. {means}, once that is done."
 
     def facts(self) -> dict[str, Any]:
         """What ``stereo-lab check --json`` writes."""

@@ -137,11 +137,10 @@ def _converted(number, text, unit):
     told = re.sub(r"\s*/\s*", " per ", NUMBER.sub("", text)).strip()
     if " per " in told or " per " in unit:
         names = [UNITS.get(word, (word,))[0] for word in told.split()]
-        if " per " in unit and " per " in told and names != unit.split():
-            return f"{unit} is asked for, this is {told}."
-        if " per " in unit or not re.search(r" per (s|second)$", told):
-            return [number]
-        return f"{unit} is asked for, this is {told}."
+        other_rate = " per " in told and names != unit.split()
+        a_speed = re.search(r" per (s|second)$", told)
+        another = other_rate if " per " in unit else a_speed
+        return f"{unit} is asked for, this is {told}." if another else [number]
     measures, scale = next((UNITS[word] for word in re.findall(r"[a-z]+|[°%]", told) if word in UNITS), (unit, 1))
     if measures == unit:
         return [number * scale]

@@ -46,10 +46,7 @@ def import_images(
         ``out`` is in use.
     """
     check_new(out)
-    left, right = _expand(left_glob), _expand(right_glob)
-    if both := set(left) & set(right):
-        raise RecordingError(f"{min(both)} matches both patterns: left and right are pictures of two cameras.")
-    return _imported(_match_halves(left, right), board, Path(out), ball)
+    return _imported(_match_halves(_expand(left_glob), _expand(right_glob)), board, Path(out), ball)
 
 
 def import_side_by_side(pattern: str, board: Board, out: str | Path, ball: Ball | None = None) -> Recording:
@@ -171,6 +168,8 @@ def _expand(pattern):
 
 def _match_halves(left, right):
     """Pair by the last number in the file names where these are unique, else by order."""
+    if both := set(left) & set(right):
+        raise RecordingError(f"{min(both)} matches both patterns: left and right are pictures of two cameras.")
 
     def by_number(paths):
         found = {}
