@@ -84,9 +84,11 @@ class Function:
                     NOT_YET, f"your function gives back a text, {reprlib.repr(output)}. Give back {self._asked()}."
                 )
             if isinstance(output, (set, dict)):
+                brackets = (
+                    "a set, which has no order" if isinstance(output, set) else "a dictionary, whose things have names"
+                )
                 return Verdict(
-                    NOT_YET,
-                    "curly brackets make a set, which has no order. Round ones, or none: a comma parts two numbers.",
+                    NOT_YET, f"curly brackets make {brackets}. Round ones, or none: a comma parts two numbers."
                 )
             if isinstance(output, complex):
                 slip = slip_in(answer, self.right, self.inputs, self.solution)

@@ -12,7 +12,7 @@ import numpy as np
 
 from stereo_lab.exercises.hanging import as_if, how_it_moves, what_it_hangs_on
 from stereo_lab.exercises.near_misses import FACTORS
-from stereo_lab.exercises.slips import slip_in, strange_number
+from stereo_lab.exercises.slips import rounded_number, slip_in, strange_number
 from stereo_lab.exercises.trying import EXACT, NEAR, is_as, near, numbers_of
 from stereo_lab.exercises.wording import say
 
@@ -54,7 +54,8 @@ def of_a_function(function: Callable, kind: Function, outputs: Sequence[Any]) ->
         return f"your result has no bounds: {endless or 'something below a line is zero, or nearly.'}"
     if all(near(g, w, EXACT) for g, w in zip(given, wanted, strict=True)):
         return ""  # but for the brackets
-    told = _relation(given, wanted, max(room, NEAR)) or _arguments(function, right, inputs, given, names)
+    told = rounded_number(function, right, inputs) or _relation(given, wanted, max(room, NEAR))
+    told = told or _arguments(function, right, inputs, given, names)
     told = told or slip(1)
     names = ["" if name in held else name for name in names]
     told = told or as_if(right, inputs, given, names, parts)

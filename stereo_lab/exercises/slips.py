@@ -20,6 +20,14 @@ from stereo_lab.exercises.trying import EXACT, numbers_of
 
 PROBES = 20  # inputs beside the tries at which they are compared
 BEYOND = 1e3  # radians, where acos of a number beyond 1 is put
+# Numbers that are known rounded, to a part of ROUGHLY, and what to write instead of them
+ROUGHLY = 0.01
+EXACTLY = {
+    math.pi: "Python knows π to all its decimals: pi, from math.",
+    2 * math.pi: "Python knows π to all its decimals: 2 * pi, from math.",
+    180 / math.pi: "degrees() and radians() turn the one into the other, with all decimals.",
+    math.pi / 180: "degrees() and radians() turn the one into the other, with all decimals.",
+}
 MOST_PAIRS = 2500  # of missteps that are looked through, for a second or so
 
 
@@ -87,6 +95,20 @@ def strange_number(function: Callable, right: Callable, solution: str = "") -> s
     return f"nothing is asked of {strange[0]:g}: which number belongs there?" if strange and its - mine else ""
 
 
+def rounded_number(function: Callable, right: Callable, inputs: Sequence[tuple]) -> str:
+    """A rounded π, or degrees in a radian, of the learner's: what to write in its place. "" where that would not make all right."""
+    if not isinstance(function, FunctionType):
+        return ""
+    code = function.__code__
+    for number in code.co_consts:
+        for exact, instead in EXACTLY.items():
+            if isinstance(number, float) and number != exact and abs(number / exact - 1) < ROUGHLY:
+                mended = code.replace(co_consts=tuple(exact if known == number else known for known in code.co_consts))
+                if do_alike(_as(function, mended, function.__globals__), right, inputs):
+                    return f"right but for {number:g}, which is rounded. {instead}"
+    return ""
+
+
 def _numbers(source):
     """Those that are written in some lines."""
     try:
@@ -125,9 +147,14 @@ def _widened(function):
         name: _acos if thing is math.acos else MATH if thing is math else thing
         for name, thing in function.__globals__.items()
     }
-    wide = FunctionType(function.__code__, scope, function.__name__, function.__defaults__, function.__closure__)
-    wide.__kwdefaults__ = function.__kwdefaults__
-    return wide
+    return _as(function, function.__code__, scope)
+
+
+def _as(function, code, scope):
+    """A function of Python's with other lines, or with other things that the names in them stand for."""
+    other = FunctionType(code, scope, function.__name__, function.__defaults__, function.__closure__)
+    other.__kwdefaults__ = function.__kwdefaults__
+    return other
 
 
 def _acos(x):
