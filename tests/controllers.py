@@ -154,6 +154,9 @@ class PageBench:
         self.port.close()
 
 
+HOUSE = tempfile.TemporaryDirectory(prefix="chip")
+
+
 @functools.lru_cache(maxsize=1)
 def build():
     """Compile the sketch as the Arduino IDE does, and the simulated chip; returns the folder."""
@@ -161,7 +164,7 @@ def build():
     missing += [str(path) for path in (CORE, SIMAVR) if not path.exists()]
     if missing:
         skip_unless_ci(f"no simulated chip here: {', '.join(missing)} missing")
-    folder = Path(tempfile.mkdtemp(prefix="chip"))
+    folder = Path(HOUSE.name)
     cpp = ["-std=gnu++11", "-fno-exceptions", "-fno-threadsafe-statics"]
     sketch = ["-Wall", "-Wextra", "-Werror", *cpp, "-fpermissive", "-x", "c++", "-include", "Arduino.h"]
     _run("avr-g++", *BOARD, *sketch, "-c", SKETCH, "-o", folder / "sketch.o")
