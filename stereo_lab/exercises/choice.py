@@ -14,6 +14,7 @@ from stereo_lab.exercises.reading import (
     UNSURE,
     key_words,
     told_beside,
+    without_contractions,
     without_contrast,
     without_reason,
 )
@@ -58,7 +59,9 @@ class Choice:
             return Verdict(NOT_YET, f"answer with one of these, in quotes: {listed}.")
         if "____" in answer:
             return Verdict(NOT_ATTEMPTED)
-        word = str.strip(answer).lower()
+        told = str.strip(answer).lower()
+        answer = without_contractions(str.strip(answer))
+        word = answer.lower()
         meant = self.right if word in self.also else self._meant(answer)
         if meant == self.right:
             if word != self.right and self._names_another(answer):
@@ -70,9 +73,9 @@ class Choice:
                 return Verdict(NOT_YET, mistake.message)
         if message := told_beside(answer, self.beside):
             return Verdict(NOT_YET, message)
-        return Verdict(NOT_YET, f"{self._why_none(word)}: {listed}.")
+        return Verdict(NOT_YET, f"{self._why_none(word, told)}: {listed}.")
 
-    def _why_none(self, word):
+    def _why_none(self, word, told):
         """Why words are none of the options."""
         words = key_words(word)
         if not words or words & UNSURE:
@@ -86,8 +89,8 @@ class Choice:
         if words & HANGING:
             return "one of these holds in every case. Take one"
         if words & NEGATIONS:
-            return f"{reprlib.repr(word)} says what it is not. Say what it is"
-        return f"{reprlib.repr(word)} is not among the answers"
+            return f"{reprlib.repr(told)} says what it is not. Say what it is"
+        return f"{reprlib.repr(told)} is not among the answers"
 
     def _names_another(self, answer):
         """Whether words that mean the right option name a wrong one beside it, or say that it is not the right one."""

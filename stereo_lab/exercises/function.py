@@ -12,7 +12,7 @@ import numpy as np
 
 from stereo_lab.common.vectors import as_arrays
 from stereo_lab.exercises.blank import is_blank
-from stereo_lab.exercises.mistakes import ROOT_BELOW_ZERO, of_a_function
+from stereo_lab.exercises.mistakes import ROOT_BELOW_ZERO, of_a_function, of_bytes
 from stereo_lab.exercises.reading import as_numbers
 from stereo_lab.exercises.slips import do_alike, slip_in
 from stereo_lab.exercises.trying import NEAR
@@ -145,6 +145,8 @@ class Function:
         fits = [self._same(o, self.right(*a)) for o, a in zip(outputs, self.inputs, strict=True)]
         if all(fits) or any(self._does_as(right, outputs) for right in self.also):
             return Verdict(PASS, self.praise or f"right for {len(fits)} tries.")
+        if told := of_bytes(answer, self):
+            return Verdict(NOT_YET, told)
         for mistake in self.wrong:
             if self._does_as(mistake.answer, outputs, NEAR) and self._is(answer, mistake):
                 return Verdict(NOT_YET, mistake.message)

@@ -53,7 +53,7 @@ def what_it_hangs_on(function, right, inputs, names, parts, room=NEAR):
 
 
 def how_it_moves(function, right, inputs, names, parts, room=NEAR):
-    """The first argument that, doubled, moves the result otherwise than it should, in one try or in all of them."""
+    """An argument that, doubled, moves the result otherwise than it should: in the same way in every try, or the one that does so most."""
     seen = _seen(function, right, inputs, names, parts)
     powers = _powers(seen, room)
     added = [name for name, (yours, should) in powers.items() if should is not None and yours is None]
@@ -68,14 +68,19 @@ def how_it_moves(function, right, inputs, names, parts, room=NEAR):
     for name in seen:
         if len(seen) > 1 and _is_added(name, function, right, inputs, names, parts):
             return f"something is added in yours that hangs on {name} alone, or taken away."
-    for name, tries in seen.items():
-        for before, after, was, becomes, _ in tries:
-            if not near(was, becomes) and not near(after - before, becomes - was):
-                return (
-                    f"look at {name}: twice as large it should bring {say(was)} to {say(becomes)}; "
-                    f"yours goes from {say(before)} to {say(after)}."
-                )
-    return ""
+    wrong = [
+        (abs((after - before) / (becomes - was) - 1), name, before, after, was, becomes)
+        for name, tries in seen.items()
+        for before, after, was, becomes, _ in tries
+        if not near(was, becomes) and not near(after - before, becomes - was)
+    ]
+    if not wrong:
+        return ""
+    _, name, before, after, was, becomes = max(wrong, key=lambda one: one[0])
+    return (
+        f"look at {name}: twice as large it should bring {say(was)} to {say(becomes)}; "
+        f"yours goes from {say(before)} to {say(after)}."
+    )
 
 
 def _is_added(name, function, right, inputs, names, parts):

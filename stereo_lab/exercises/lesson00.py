@@ -12,9 +12,14 @@ from stereo_lab.localization import Localizer
 from stereo_lab.recording import Position, Recording, open_recording
 
 TRIES = (
-    (Position(0, 0, 0), Position(3, 4, 0)),
-    (Position(10, -20, 1000), Position(12, -14, 1003)),
-    (Position(5, 5, -30), Position(7.5, 1, 41)),
+    (Position(0.0, 0.0, 0.0), Position(3.0, 4.0, 0.0)),
+    (Position(10.0, -20.0, 1000.0), Position(12.0, -14.0, 1003.0)),
+    (Position(5.0, 5.0, -30.0), Position(7.5, 1.0, 41.0)),
+)
+# Words of the question that an answer may repeat
+THE_BALL, PICTURE = (
+    "(the ball |it )?(is )?(farther |further |more )?(to the )?left in (the )?",
+    "( (hand )?(one|picture|image|camera))?",
 )
 
 
@@ -31,7 +36,10 @@ def questions(recording: Recording, balls: tuple[Detection, Detection] | None = 
                 "right",
                 (Wrong("left", "hold a finger up and close one eye, then the other: the right eye sees it farther left."),),
                 "the right camera stands farther right, so the ball moves to the left in its picture.",
-                same=(("second|r|right-?hand", "right"), ("first|l|left-?hand", "left")),
+                same=(
+                    (rf"{THE_BALL}right{PICTURE}", "right"), (rf"{THE_BALL}left{PICTURE}", "left"),
+                    ("second|r|right-?hand", "right"), ("first|l|left-?hand", "left"),
+                ),
                 beside=(
                     (
                         ".*(both|same|equal|neither|none|no difference|middle).*",

@@ -162,7 +162,7 @@ def _lines():
             ),
             same=(
                 (
-                    "^(?!.*\\b(and|or|not|no|never|only|without|straight)\\b).*(bent|bend|curv|bow|warp|distort|crook|(?<!a)round|arc|deform|bulg).*$|.*not straight.*",
+                    "^(?!.*\\b(and|or|not|no|never|only|without|straight)\\b).*(bent|bend|curv|bow|warp|distort|crook|(?<!a)round|arc|deform|bulg).*$|.*(not|no longer|no more|hardly) straight.*",
                     "bends it",
                 ),
                 ("(shifts?|displaces?|pushes|pulls|moved|shifted)( (it|the line))?", "moves it"),
@@ -212,11 +212,11 @@ def _unseen():
             also=("unseen ones", "unseen pair", "new pairs", "other pairs", "others"),
             same=(
                 (
-                    "((the )?(ones|pairs|pictures|those) )?(which |that )?(it |the fit )?(were |was |are |has |had )?(not|never|n't) (been )?(used|seen|in the fit|fitted)( pairs)?",
+                    "((the )?(ones|pairs|pictures|boards|images|data|those) )?(which |that )?(it |the fit )?((were|was|are|has|had|is|did) )?(not|never) (been )?(use|used|see|seen|in the fit|fitted)( before)?( pairs)?",
                     "unseen pairs",
                 ),
                 (
-                    "(unused|different|other|new|fresh|unknown|held[- ]?out|left[- ]?out|others)( (pairs|ones|pictures|boards))?",
+                    "(unused|unseen|different|other|new|fresh|unknown|test|held[- ]?(out|back)|left[- ]?out|kept[- ]?back|others)( (pairs|ones|pictures|boards|images|data|set))?|(pairs|pictures|boards|images|ones|data) (that (are|were) )?(kept|held|put|left) (back|out|aside|apart)",
                     "unseen pairs",
                 ),
                 (

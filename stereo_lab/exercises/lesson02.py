@@ -14,6 +14,11 @@ from stereo_lab.recording import Recording
 
 HUES = np.array([0, 2, 6, 7, 8, 30, 90, 120, 171, 172, 173, 175, 179, 180], np.uint8)
 CENTERS = ((10.0, 10.0, 13.0, 14.0), (100.0, 50.0, 100.25, 50.5), (20.0, 30.0, 26.0, 28.5))
+# Rings that votes towards the bright side do not draw
+OTHER_RINGS = (
+    ".*(outside|beyond|on (the|its) (rim|edge)|round the (rim|edge|ball)|(size of|as (large|big) as) the (ball|circle|rim)"
+    "|(ball|circle)('s)? (own )?size|two|three|many|several|everywhere|all over).*"
+)
 
 
 def questions(recording: Recording) -> tuple[Question, ...]:
@@ -140,7 +145,7 @@ def _lightness(pixel):
 
 
 def _votes():
-    tries = ((100.0, 80.0, 1.0, 0.0, 20.0), (50.5, 60.0, 0.6, -0.8, 12.0))
+    tries = ((100.0, 80.0, 1.0, 0.0, 20.0), (50.5, 60.0, 0.6, -0.8, 12.0), (40.0, 30.5, -0.8, 0.6, 15.0))
     return dict(
         asks="An edge pixel at (u, v) with the bright side in direction (du, dv): where does it vote for a centre at radius r?",
         answer=Function(
@@ -150,6 +155,7 @@ def _votes():
                 Wrong(lambda u, v, du, dv, r: (r * du, r * dv), "that is the way alone. Start it at the edge pixel: (u, v)."),
                 Wrong(lambda u, v, du, dv, r: (u + r, v + r), "that goes down to the right, whatever the direction is: r times (du, dv)."),
                 Wrong(lambda u, v, du, dv, r: (u + r * dv, v + r * du), "du and dv have changed places."),
+                Wrong(lambda u, v, du, dv, r: (u + r * abs(du), v + r * abs(dv)), "abs takes the signs away, and here they count: the bright side may lie to the left, or above."),
                 Wrong(lambda u, v, du, dv, r: (u + r * du, v - r * dv), "one sign is turned: both steps are added."),
                 Wrong(lambda u, v, du, dv, r: (u + r * math.cos(du), v + r * math.sin(dv)), "du and dv are steps of a direction already, no angles: no cos and sin."),
                 Wrong(lambda u, v, du, dv, r: (u + du * dv * r, v + du * dv * r), "du belongs to u alone, and dv to v."),
@@ -204,6 +210,8 @@ def _peak():
                 "a smaller circle",
             ),
             same=(
+                ("(circle|ring) of (points|dots)|(points|dots|spots) (on|in|along|round) a (circle|ring)", "ring"),
+                (OTHER_RINGS, "elsewhere"),
                 (
                     "(filled|full|solid) (circle|ring)|((big|bigger|large|larger|small|smaller|full|filled|solid|whole) )*dis[ck]|blob|patch|round area",
                     "disc",
@@ -217,6 +225,10 @@ def _peak():
                 ("(straight )?(lines?|stroke)", "line"),
             ),
             beside=(
+                (
+                    OTHER_RINGS,
+                    "which ring? Every vote goes inwards, by a radius r that is too small: how far from the centre does it end?",
+                ),
                 (
                     ".*(ellips|oval|egg|moon|crescent|half|arc).*",
                     "the ball is nearly round here, and every vote goes equally far. What do points equally far from one point draw?",

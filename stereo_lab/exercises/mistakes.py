@@ -67,6 +67,18 @@ def of_a_function(function: Callable, kind: Function, outputs: Sequence[Any]) ->
     return told or _constant(given, wanted)
 
 
+def of_bytes(function: Callable, kind: Function) -> str:
+    """What to say of a function that would be right, did bytes not go on from 255 below 0; "" of all others."""
+    names = [n for n, given in zip(kind.names, kind.inputs[0], strict=True) if getattr(given, "dtype", "") == np.uint8]
+    if not names:
+        return ""
+    for arguments in kind.inputs:
+        wide = tuple(a.astype(int) if isinstance(a, np.ndarray) else a for a in arguments)
+        if not np.array_equal(numbers_of(function, wide), numbers_of(kind.right, wide)):
+            return ""
+    return f"{names[0]} holds bytes, and below 0 a byte goes on from 255. Make whole numbers of them first: {names[0]}.astype(int)."
+
+
 def _of_one(say_of, function, right, inputs, given, wanted, names, parts, room):
     """What is to be said of the first number that is not right."""
     off = [not all(near(g[k], w[k]) for g, w in zip(given, wanted, strict=True)) for k in range(len(wanted[0]))]

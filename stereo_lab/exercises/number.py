@@ -96,7 +96,12 @@ class Number:
         )
 
     def _mistake(self, value):
-        """The known mistake that a wrong answer shows: the nearest, where several are near; else None."""
+        """The known mistake that a wrong answer shows: the nearest, where several are near; else None.
+
+        What the right number is when rounded is that, though a mistake be near as well.
+        """
+        if self.tolerance and _is_rounded(value, np.asarray(self.right, float)):
+            return next((mistake for mistake in self.wrong if np.array_equal(value, mistake.answer)), None)
         shown = [
             (np.abs(value - known).max(), k)
             for k, known in enumerate(np.asarray(mistake.answer, float) for mistake in self.wrong)
@@ -128,7 +133,13 @@ class Number:
 
     def _count(self, answer, value, right):
         """What to say where there are more numbers than are asked for, or fewer."""
-        if right.size == 1 and isinstance(answer, tuple) and value.size == 2 and all(type(a) is int for a in answer):
+        if (
+            right.size == 1
+            and self.tolerance
+            and isinstance(answer, tuple)
+            and value.size == 2
+            and all(type(a) is int for a in answer)
+        ):
             with_point = f"{answer[0]}.{abs(answer[1])}"
             if abs(float(with_point) - right) <= 0.1 * abs(right):
                 return f"expected a number, these are 2: a comma parts them. Write {with_point} with a point."
@@ -168,6 +179,8 @@ class Number:
             return f"{told} is one too {'many' if number > wanted else 'few'}: counted from 0, or copied wrongly? {self.ask}".strip()
         counts = not self.tolerance and abs(wanted) <= A_FEW  # a factor would give the answer away
         relation = "" if counts or self.unit == "times" else of_a_number(number, wanted, told)
+        if not relation and self.tolerance and _is_rounded(value, right):
+            relation = f"{told} is rounded too much. Keep its decimals."
         formula = "" if relation else made_of(number, self.known)
         if formula:
             return f"that is {formula}. {self.ask}".strip()

@@ -78,6 +78,7 @@ NEGATIONS = frozenset(
 HANGING = frozenset(["depend", "vary", "vari", "sometim"])
 UNSURE = frozenset(["know", "idea", "guess", "unsure", "sure", "maybe"])
 NO_NUMBERS = OPEN_WORDS - {"above", "below", "half"} | {"hundred", "thousand", "million", "dozen", "small"}
+NOT_AFTER = "is|was|are|were|do|does|did|has|have|had|could|would|should|must|need"
 CODE = re.compile(r"\s*[a-z_]\w*\s*[-+*/]\s*[\w(]|.*[a-z]\w*(\.[a-z_]|\[|\(|_\w)", re.IGNORECASE)
 # What a unit measures, and how many of the kit's unit it is
 UNITS = {
@@ -113,7 +114,8 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
     if (NO_NUMBERS if count == 1 else NO_NUMBERS - {"and"}) & set(re.findall(r"[a-z]+", plain)):
         return _no_number(plain, count)
     plain = re.sub(r"(?<=\d),(?=\d{3}\.\d)", "", plain)  # 2,047.2
-    for parts in (plain, re.sub(r"(?<=\d),(?=\d)", ".", plain)):
+    decimal_commas = re.sub(r"(?<=\d),(?=\d)", ".", plain)
+    for parts in (plain, decimal_commas) if decimal_commas.count(".") - plain.count(".") <= count else (plain,):
         found = NUMBER.findall(parts)
         if len(found) == count:
             numbers = [float(number) for number in found]
@@ -160,6 +162,12 @@ def _in_order(numbers, text, labels):
         if labels and None not in places and len(set(places)) == len(places):
             return [numbers[k] for k in places]
     return numbers
+
+
+def without_contractions(text: str) -> str:
+    """The text with "is not" for "isn't", and so on; the apostrophe may be missing."""
+    text = re.sub(r"\bcan['’]?t\b", "can not", re.sub(r"\bwon['’]t\b", "will not", text, flags=re.I), flags=re.I)
+    return re.sub(rf"\b({NOT_AFTER})n['’]?t\b", r"\1 not", text, flags=re.I)
 
 
 def key_words(text: str) -> frozenset[str]:

@@ -92,7 +92,7 @@ def strange_number(function: Callable, right: Callable, solution: str = "") -> s
     """A number of the learner's that the solution does not have, where one of the solution's is missing; "" where there is none."""
     mine, its = _numbers(_source(function)), _numbers(solution or _source(right))
     strange = sorted(mine - its)
-    return f"nothing is asked of {strange[0]:g}: which number belongs there?" if strange and its - mine else ""
+    return f"the task says nothing of {strange[0]:g}: which number belongs there?" if strange and its - mine else ""
 
 
 def rounded_number(function: Callable, right: Callable, inputs: Sequence[tuple]) -> str:
