@@ -12,6 +12,7 @@ import pytest
 from conftest import ROOT
 from stereo_lab.arm import connect, line, ports
 from stereo_lab.arm import protocol as wire
+from stereo_lab.arm.stops import Stops
 from stereo_lab.arm.virtual.joint import Joint
 from stereo_lab.cli import main
 from stereo_lab.errors import ArmError, StereoLabError, UnreachableTargetError
@@ -761,3 +762,37 @@ def test_a_glitch_on_a_home_switch_is_no_switch():
     for closed, pressed in ((1, 0), (1, 0), (0, 0), (1, 0), (1, 0), (1, 1), (1, 1)):
         joint.look(100 + joint.still_ticks, bool(closed))
         assert joint.pressed == bool(pressed)
+
+
+def test_an_arm_in_real_time_answers_after_a_pause():
+    with connect("virtual://arm?realtime=1") as arm:
+        arm.angles()
+        time.sleep(1.2)  # longer than an answer may take
+        assert arm.status().state == "off"
+        time.sleep(1.2)
+        arm.stop()
+
+
+def test_a_thread_knows_of_no_stop_that_another_one_knew_of():
+    stops, news = Stops(), []
+    for work in [stops.ask, lambda: news.append(stops.are_news)] * 20:  # numbers of threads are given again
+        thread = threading.Thread(target=work)
+        thread.start()
+        thread.join()
+    assert news == [True] * 20
+
+
+def test_a_weighing_that_is_broken_off_keeps_what_was_known(monkeypatch):
+    with connect("virtual://arm") as arm:
+        arm.home()
+        for joint, name, volts in ((1, "g1", 0.151), (2, "g2", 0.156)):
+            arm.set(joint, name, volts)
+
+        def stopped(poses):
+            assert arm.get(1, "g1") == 0
+            raise KeyboardInterrupt
+
+        monkeypatch.setattr(arm, "move_to", stopped)
+        with pytest.raises(KeyboardInterrupt):
+            arm.weigh()
+        assert (arm.get(1, "g1"), arm.get(2, "g2")) == (0.151, 0.156)

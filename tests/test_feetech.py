@@ -207,6 +207,18 @@ def test_a_silent_host_is_noticed_and_the_torque_ends(wire):
         assert arm.status().fault == "w"
 
 
+def test_when_one_servo_is_lost_the_other_lets_go(wire):
+    with connect("feetech://wire") as arm:
+        arm.enable()
+        arm.command("MA 0 170 20")
+        one = wire.twins.pop(1)
+        with pytest.raises(ArmError, match="is gone"):
+            arm.wait(2)
+        assert wire.twins[2].table[40] == 0
+        wire.twins[2].table[40] = 1  # and when the port is closed it is told once more
+    assert wire.twins[2].table[40] == 0 and one.table[40] == 1  # who is off the wire hears nothing
+
+
 def test_a_garbled_answer_is_asked_for_again(wire):
     with connect("feetech://wire") as arm:
         for _ in range(5):

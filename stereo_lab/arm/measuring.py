@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from typing import TYPE_CHECKING
 
@@ -38,20 +39,27 @@ def weigh(arm: Arm) -> tuple[WeightFit, WeightFit]:
     """Find what holds both joints against the weight; see :meth:`stereo_lab.arm.Arm.weigh`."""
     if not arm.homed:
         raise ArmError(f"Expected {arm.name} to be homed: only then its angles tell where down is. Call home() first.")
-    poses = _poses(arm.limits_deg)
-    for joint in (1, 2):
-        arm.set(joint, "g1", 0)
-        arm.set(joint, "g2", 0)
-    rows = []
-    for pose in poses:
-        stands = arm.move_to(JointAngles(*pose))
-        rows.append((stands.theta1_deg, stands.theta2_deg, _middle_v(arm, 1), _middle_v(arm, 2)))
-    one, other, *middles = zip(*rows, strict=True)
-    fits = WeightFit.fit(one, other, middles[0]), WeightFit.fit(one, other, middles[1])
-    for joint, fit in enumerate(fits, start=1):
-        arm.set(joint, "g1", round(fit.g1_v, 3))
-        arm.set(joint, "g2", round(fit.g2_v, 3))
+    poses, known = _poses(arm.limits_deg), [tuple(arm.get(joint, name) for name in ("g1", "g2")) for joint in (1, 2)]
+    try:
+        _set_weights(arm, [(0, 0), (0, 0)])
+        rows = []
+        for pose in poses:
+            stands = arm.move_to(JointAngles(*pose))
+            rows.append((stands.theta1_deg, stands.theta2_deg, _middle_v(arm, 1), _middle_v(arm, 2)))
+        one, other, *middles = zip(*rows, strict=True)
+        fits = WeightFit.fit(one, other, middles[0]), WeightFit.fit(one, other, middles[1])
+    except BaseException:
+        with contextlib.suppress(ArmError):  # what was known of the weight before still holds
+            _set_weights(arm, known)
+        raise
+    _set_weights(arm, [(round(fit.g1_v, 3), round(fit.g2_v, 3)) for fit in fits])
     return fits
+
+
+def _set_weights(arm, weights_v):
+    for joint, of_joint in enumerate(weights_v, start=1):
+        for name, volts in zip(("g1", "g2"), of_joint, strict=True):
+            arm.set(joint, name, volts)
 
 
 def _poses(limits_deg):

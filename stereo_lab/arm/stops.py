@@ -16,7 +16,7 @@ class Stops:
 
     def __init__(self):
         self.count, self.undone = 0, 0
-        self._known = {}  # thread -> the last stop that it asked for or was told of
+        self._known = threading.local()  # count: the last stop that this thread asked for or was told of
 
     def ask(self) -> None:
         """Count a stop that the calling thread asks for."""
@@ -25,7 +25,7 @@ class Stops:
 
     def tell(self) -> None:
         """Note that the calling thread knows of all stops so far."""
-        self._known[threading.get_ident()] = self.count
+        self._known.count = self.count
 
     @property
     def hold(self) -> bool:
@@ -35,4 +35,4 @@ class Stops:
     @property
     def are_news(self) -> bool:
         """Whether this thread does not know yet of a stop that holds."""
-        return self.hold and self._known.get(threading.get_ident(), 0) < self.count
+        return self.hold and getattr(self._known, "count", 0) < self.count

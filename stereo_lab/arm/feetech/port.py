@@ -64,11 +64,7 @@ class FeetechPort(SerialBase):
         self.is_open = False
         self._looking.join(timeout=1)
         with self._lock:
-            if self._lost is None:
-                try:
-                    self._controller.enable(False)
-                except (SerialException, OSError):
-                    pass
+            self._let_go()
             self._inner.close()
 
     def _look_on(self):
@@ -79,7 +75,20 @@ class FeetechPort(SerialBase):
                     if self.is_open:
                         self._controller.look()
             except (SerialException, OSError) as error:
-                self._lost = error
+                self._lose(error)
+
+    def _lose(self, error):
+        """One that does not answer is lost, and with it the arm: the other one must not go on alone."""
+        with self._lock:
+            self._let_go()
+            self._lost = error
+
+    def _let_go(self):
+        """Switch off whichever servo still hears."""
+        try:
+            self._controller.let_go()
+        except (SerialException, OSError):
+            pass  # the adapter itself is gone
 
     def _check(self):
         if not self.is_open:
@@ -113,7 +122,7 @@ class FeetechPort(SerialBase):
             with self._lock:
                 self._controller.line.feed(bytes(data))
         except (SerialException, OSError) as error:
-            self._lost = error
+            self._lose(error)
             raise SerialException(str(error)) from None
         return len(data)
 

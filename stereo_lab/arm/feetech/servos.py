@@ -122,7 +122,7 @@ class ServoController:
             self._stay()
             self.enabled, self.stopped, self.fault = True, False, "-"
         else:
-            self._let_go()
+            self.let_go()
             self.enabled = self.stopped = False
 
     def halt(self, latch: bool = False, fault: str | None = None, hold: bool = False) -> None:
@@ -197,7 +197,7 @@ class ServoController:
 
     def _judge(self, j, joint):
         if joint.error & 0x2C or joint.celsius > HOT_C:  # too hot, too much current, overloaded for seconds
-            self._let_go()
+            self.let_go()
             self.enabled = False
             self._stalls(j)
         elif joint.busy and joint.still_s > 2 * STUCK_S / 3:
@@ -222,7 +222,8 @@ class ServoController:
         self.bus.tell(RUN, told)
         self.bus.tell(TORQUE, {joint.id: b"\1" for joint in self.joints})
 
-    def _let_go(self):
+    def let_go(self) -> None:
+        """Switch both motors off, whether they answer or not."""
         for joint in self.joints:
             joint.goal_deg = None
         self.bus.tell(TORQUE, {joint.id: b"\0" for joint in self.joints})

@@ -79,8 +79,8 @@ class VirtualPort(SerialBase):
         self.is_open = False
 
     def clock(self) -> float:
-        """Seconds on the arm's clock since it was opened."""
-        return self._ticks * TICK_S
+        """Seconds on the arm's clock since it was opened; with ``?realtime=1`` the computer's, also while nobody asks."""
+        return time.monotonic() - self._start if self._realtime else self._ticks * TICK_S
 
     def sleep(self, seconds: float) -> None:
         """Let time pass on the arm's clock."""
@@ -101,7 +101,7 @@ class VirtualPort(SerialBase):
                 self._skip(end)
             else:
                 self._tick()
-        for name in [n for n, at in self._events.items() if self.clock() >= at]:
+        for name in [n for n, at in self._events.items() if self._ticks * TICK_S >= at]:
             del self._events[name]
             self.reset() if name == "reset" else setattr(self.faults, name, True)
 
