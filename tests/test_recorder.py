@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -23,6 +24,7 @@ from stereo_lab.errors import RecordingError, StereoLabError
 from stereo_lab.live import CameraSource
 from stereo_lab.live.sources import Frame
 from stereo_lab.recording import Ball, Board, open_recording
+from stereo_lab.recording.importing import import_images
 
 
 @pytest.fixture(scope="module")
@@ -191,7 +193,100 @@ def test_a_camera_that_falls_silent_is_told_and_waited_for(third_rig, images, fo
     assert "The left camera (0) gave no picture." in said and said[-1] != said[2]
 
 
+def test_cameras_that_never_give_a_picture_are_told(third_rig, folder):
+    class Nothing(Replay):
+        def read(self):
+            raise StereoLabError("The left camera (0) gave no picture.")
+
+    shown = []
+
+    def show(frame, state):
+        shown.append((frame, state.said))
+        session.stop()
+
+    with Recorder(folder, third_rig.board) as recorder:
+        session = Session(Nothing(third_rig.pairs("calibration")[:1]), recorder, show)
+        session.run()
+    assert shown == [(None, "The left camera (0) gave no picture.")] and session.frame is None
+
+
+def test_a_recorder_that_fails_ends_a_session_whose_cameras_are_silent(third_rig, images):
+    class Once(Replay):
+        def read(self):
+            if self._next:
+                time.sleep(0.01)
+                raise StereoLabError("silent")
+            return super().read()
+
+    class Broken:
+        def look(self, frame):
+            raise RuntimeError("broken")
+
+    with pytest.raises(RuntimeError, match="broken"):
+        Session(Once(third_rig.pairs("calibration")[:1]), Broken(), lambda *_: None).run()
+
+
 # Nothing is lost
+
+
+def test_a_recording_with_pictures_of_other_kinds_goes_on(third_rig, images, tmp_path):
+    for side, ending, which in (("left", ".jpg", 0), ("right", ".png", 1)):
+        (tmp_path / "from").mkdir(exist_ok=True)
+        cv2.imwrite(str(tmp_path / "from" / f"{side}0{ending}"), images[0][which])
+    pattern = [str(tmp_path / "from" / f"{side}*") for side in ("left", "right")]
+    there = import_images(*pattern, third_rig.board, tmp_path / "there")
+    with Folder(there.path, there.image_size, there.board, there.ball) as folder:
+        assert folder.names("calibration") == ["000"] and folder.add_pair("calibration", *images[1]) == "001"
+    assert [pair.name for pair in there.pairs("calibration")] == ["000", "001"]
+    assert not (there.path / folders.ASIDE).exists()
+    (there.path / "calibration" / "left" / "000.png").write_bytes(b"")
+    with pytest.raises(RecordingError, match="000.jpg and 000.png: two pictures of one name"):
+        there.pairs("calibration")
+
+
+def test_a_table_that_a_spreadsheet_has_turned_round_takes_samples(images, folder):
+    folder.add_sample("position", *images[0], (120.5, -85, 1000), "fit")
+    table = folder.path / "position" / "measured.csv"
+    for text in (
+        "name,depth_mm,x_mm,y_mm,note\n000,1000,120.5,-85,hm",
+        "name;x_mm;y_mm;depth_mm;use\r\n000;120,5;-85;1000;\r\n",
+    ):
+        table.write_text(text, newline="")
+        folder.add_sample("position", *images[1], (1.5, 2, 300))
+        places = [s.measured for s in folder.recording().samples("position")]
+        assert [(p.x_mm, p.y_mm, p.depth_mm) for p in places] == [(120.5, -85, 1000), (1.5, 2, 300)]
+        for side in ("left", "right"):
+            (folder.path / "position" / side / "001.png").unlink()
+    for text, use, says in (
+        ("näme\n".encode("latin-1"), "", "as text"),
+        (b"name,x_mm,y_mm,depth_mm\n", "fit", "missing: use"),
+    ):
+        table.write_bytes(text)
+        with pytest.raises(StereoLabError, match=says):
+            folder.add_sample("position", *images[1], (1, 2, 300), use)
+        assert folder.names("position") == ["000"] and table.read_bytes() == text
+
+
+def test_nothing_is_written_into_a_folder_that_is_gone(images, folder):
+    shutil.rmtree(folder.path)
+    with pytest.raises(StereoLabError, match="is gone"):
+        folder.add_pair("calibration", *images[0])
+    assert not folder.path.exists()
+
+
+def test_a_lock_is_let_go_once_and_by_whoever_holds_it(third_rig, images, folder):
+    facts = folder.path, third_rig.image_size, third_rig.board, third_rig.ball
+    folder.add_pair("calibration", *images[0])
+    folder.close()
+    good = (folder.path / "calibration" / "left" / "000.png").read_bytes()
+    (folder.path / "calibration" / "left" / "000.png").write_bytes(good[:100])
+    with pytest.raises(StereoLabError):
+        Recorder(Folder(*facts), third_rig.board)
+    (folder.path / "calibration" / "left" / "000.png").write_bytes(good)
+    with Folder(*facts):
+        folder.close()  # again, and it is not its lock any more
+        with pytest.raises(RecordingError, match="Another recorder is at work"):
+            Folder(*facts)
 
 
 def test_two_recorders_on_one_folder(third_rig, folder):

@@ -84,6 +84,7 @@ def test_spreadsheet_table_is_read(small):
         ("name,x_mm,y_mm,depth_mm,use\n000,1,2,3,fit\n001,4,nan,6,check\n", "line 3"),
         ("name,x_mm,y_mm,depth_mm,use\n000,1,two,3,fit\n", "line 2"),
         ("name,x_mm,y_mm,depth_mm,use\n009,1,2,3,fit\n", "009"),
+        ("name,x_mm,y_mm,depth_mm,use\n000,1,2,3,fit\n0,4,5,6,check\n", "line 3: picture 000 has a line already"),
     ],
 )
 def test_broken_tables_are_named(small, text, says):

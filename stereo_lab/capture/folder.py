@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import contextlib
-import csv
-import io
 import os
 from pathlib import Path
 
 import cv2
 import numpy as np
 
-from stereo_lab.common.files import natural_key, write_json, write_whole
+from stereo_lab.common.files import with_row, write_json, write_whole
 from stereo_lab.errors import RecordingError, StereoLabError
 from stereo_lab.recording import Ball, Board, Recording, open_recording
 from stereo_lab.recording.bounds import place_mm
 from stereo_lab.recording.importing import camera_facts
+from stereo_lab.recording.model import pictures_in
 
 LOCK = ".recorder"
 ASIDE = "aside"  # halves of pairs whose other half was never written
@@ -45,11 +44,15 @@ class Folder:
     def __init__(self, path: str | Path, size: tuple[int, int], board: Board, ball: Ball) -> None:
         self.path, self.size = Path(path), size
         self._check_what_is_there(board)
+        self._locked = False
         self._lock()
         try:
             if not (self.path / "recording.json").exists():
                 write_json(self.path / "recording.json", camera_facts(self.path.name, size, board, ball))
             self._put_halves_aside()
+        except OSError as error:
+            self.close()
+            raise RecordingError(f"Cannot write in {self.path}: {error.strerror or error}.") from None
         except StereoLabError as error:
             self.close()
             raise RecordingError(str(error)) from None
@@ -81,6 +84,7 @@ class Folder:
                 try:
                     with open(lock, "x", encoding="ascii") as file:
                         file.write(str(os.getpid()))
+                    self._locked = True
                     return
                 except FileExistsError:
                     if _lives(_number_in(lock)):
@@ -93,23 +97,24 @@ class Folder:
 
     def _put_halves_aside(self):
         """Right pictures whose left one was not written any more go into a folder of their own."""
-        for right in list(self.path.glob("*/right/*.png")):
-            left = right.parent.parent / "left" / right.name
-            if not left.exists():
-                aside = self.path / ASIDE / f"{right.parent.parent.name}_{right.name}"
-                aside.parent.mkdir(exist_ok=True)
-                right.rename(aside)
+        for folder in [right.parent for right in self.path.glob("*/right")]:
+            whole = pictures_in(folder / "left")
+            for name, right in pictures_in(folder / "right").items():
+                if name not in whole:
+                    aside = self.path / ASIDE / f"{folder.name}_{right.name}"
+                    aside.parent.mkdir(exist_ok=True)
+                    right.rename(aside)
 
     def close(self) -> None:
         """Let the folder go; more than once does no harm."""
-        if _number_in(self.path / LOCK) == os.getpid():
+        if self._locked:
+            self._locked = False
             with contextlib.suppress(OSError):
                 (self.path / LOCK).unlink()
 
     def names(self, set_name: str) -> list[str]:
         """Names of the pairs of one set, in their order."""
-        found = (self.path / set_name / "left").glob("*.png")
-        return [path.stem for path in sorted(found, key=natural_key)]
+        return list(pictures_in(self.path / set_name / "left"))
 
     def add_pair(self, set_name: str, left: np.ndarray, right: np.ndarray) -> str:
         """Write a pair; returns its name.
@@ -119,8 +124,9 @@ class Folder:
         StereoLabError
             If the disk is full or the folder is gone; nothing is written then.
         """
-        numbers = [int(name) for name in self.names(set_name) if name.isdecimal()]
-        name = f"{max(numbers, default=-1) + 1:03d}"
+        if not (self.path / "recording.json").exists():
+            raise StereoLabError(f"{self.path} is gone, or its recording.json is. Begin a new recording.")
+        name = self._next_name(set_name)
         files = [self.path / set_name / side / f"{name}.png" for side in ("right", "left")]
         written: list[Path] = []
         try:
@@ -134,6 +140,10 @@ class Folder:
             raise
         return name
 
+    def _next_name(self, set_name):
+        numbers = [int(name) for name in self.names(set_name) if name.isdecimal()]
+        return f"{max(numbers, default=-1) + 1:03d}"
+
     def add_sample(
         self, set_name: str, left: np.ndarray, right: np.ndarray, place: tuple[float, float, float], use: str = ""
     ) -> str:
@@ -144,15 +154,14 @@ class Folder:
         Raises
         ------
         StereoLabError
-            If a number fits into no room, or nothing can be written.
+            If a number fits into no room, the table that is there cannot be used, or nothing can be written.
         """
         numbers = [place_mm(value, f"{set_name}, {what}") for value, what in zip(place, COLUMNS[1:4], strict=True)]
-        table = self.path / set_name / "measured.csv"
-        name = self.add_pair(set_name, left, right)
-        lines = table.read_text(encoding="utf-8") if table.exists() else ",".join(COLUMNS) + "\n"
-        out = io.StringIO(newline="")
-        csv.writer(out, lineterminator="\n").writerow([name, *(f"{number:g}" for number in numbers), use])
-        write_whole(table, lines + ("" if lines.endswith("\n") else "\n") + out.getvalue())
+        table, name = self.path / set_name / "measured.csv", self._next_name(set_name)
+        row = dict(zip(COLUMNS, (name, *(f"{number:g}" for number in numbers), use), strict=True))
+        lines = with_row(table, COLUMNS if use or not table.exists() else COLUMNS[:4], row)
+        self.add_pair(set_name, left, right)
+        write_whole(table, lines)
         return name
 
     def recording(self) -> Recording:

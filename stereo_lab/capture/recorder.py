@@ -63,8 +63,12 @@ class Recorder:
         self._working = ThreadPoolExecutor(1, thread_name_prefix="calibrate")
         self._asked: Future | None = None
         self._asked_at, self._calibration, self._trouble = 0, None, ""
-        for pair in self._pairs():
-            self._know(glance(pair.left, board), glance(pair.right, board))
+        try:
+            for pair in self._pairs():
+                self._know(glance(pair.left, board), glance(pair.right, board))
+        except BaseException:
+            self.close()
+            raise
 
     def _pairs(self):
         return self.folder.recording().pairs(BOARDS) if self.folder.names(BOARDS) else ()

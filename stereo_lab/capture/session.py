@@ -24,15 +24,16 @@ class Session:
     ----------
     source : StereoSource
     recorder : Recorder
-    show : function (Frame, State), called for every pair in the thread that runs the session
+    show : function (Frame or None, State), called for every pair in the thread that runs the session; with None where no
+        pair came for a while
 
     Attributes
     ----------
-    frame : Frame or None, the newest
+    frame : Frame or None, the newest; None before the first and while a camera is silent
     state : State, the newest
     """
 
-    def __init__(self, source: StereoSource, recorder: Recorder, show: Callable[[Frame, State], object]) -> None:
+    def __init__(self, source: StereoSource, recorder: Recorder, show: Callable[[Frame | None, State], object]) -> None:
         self.source, self.recorder, self._show = source, recorder, show
         self.frame: Frame | None = None
         self.state = State(source.now())
@@ -71,13 +72,12 @@ class Session:
 
     def _read(self):
         """The next pair; a camera that fell silent is told and waited for."""
-        while not self._ends:
+        while not self._ends and self._failed is None:
             try:
                 return self.source.read()
             except StereoLabError as error:
-                self.state = replace(self.state, said=str(error), taken="")
-                if self.frame is not None:
-                    self._show(self.frame, self.state)
+                self.frame, self.state = None, replace(self.state, said=str(error), taken="")
+                self._show(None, self.state)
         return None
 
     def _look(self):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
+import io
 import json
 import math
 import os
@@ -271,10 +272,40 @@ def read_table(path: str | Path, columns: Sequence[str]) -> list[tuple[str, dict
     return [(where, row) for where, row in filled if any((v or "").strip() for v in row.values() if isinstance(v, str))]
 
 
+def with_row(path: str | Path, columns: Sequence[str], row: dict[str, str]) -> str:
+    """A table's text with one more line, each value under its own column, wherever a spreadsheet has put that.
+
+    Parameters
+    ----------
+    path : str or Path, of a table that is there or not yet
+    columns : sequence of str, those of a new table; one that is there needs them as well
+    row : dict, column -> text
+
+    Raises
+    ------
+    RecordingError
+        As :func:`read_table`.
+    """
+    path, text = Path(path), ",".join(columns) + "\n"
+    if path.exists():
+        read_table(path, columns)
+        text = read_text(path)
+    first = text.splitlines()[0]
+    names = [name.strip() for name in next(csv.reader([first], delimiter=_delimiter(first)))]
+    line = io.StringIO(newline="")
+    csv.writer(line, delimiter=_delimiter(first), lineterminator="\n").writerow([row.get(name, "") for name in names])
+    return text + ("" if text.endswith("\n") else "\n") + line.getvalue()
+
+
 def _rows(text):
     """A reader of the lines, whichever sign stands between the columns."""
     lines = text.splitlines()
-    semicolons = bool(lines) and lines[0].count(";") > lines[0].count(",")
-    if semicolons:
+    delimiter = _delimiter(lines[0]) if lines else ","
+    if delimiter == ";":
         lines = text.replace(",", ".").splitlines()
-    return csv.DictReader(lines, delimiter=";" if semicolons else ",")
+    return csv.DictReader(lines, delimiter=delimiter)
+
+
+def _delimiter(first_line):
+    """The sign between the columns of a table."""
+    return ";" if first_line.count(";") > first_line.count(",") else ","

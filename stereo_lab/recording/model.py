@@ -95,13 +95,13 @@ class Recording:
             If the set is missing or empty, its name is a path, or half of a pair is missing.
         """
         folder = self.path / plain_name(set_name, f"{self.path}, set")
-        left = _pictures(folder / "left")
+        left = pictures_in(folder / "left")
         if not left:
             there = ", ".join(self.sets) or "none"
             raise RecordingError(
                 f"{folder / 'left'} holds no pictures (.jpg or .png). Sets in this recording: {there}."
             )
-        right = _pictures(folder / "right") if (folder / "right").is_dir() else {}
+        right = pictures_in(folder / "right") if (folder / "right").is_dir() else {}
         if (folder / "right").is_dir():
             _check_halves(folder, left, right)
         grey = set_name == "calibration"
@@ -119,9 +119,11 @@ class Recording:
         """
         pairs = {pair.name: pair for pair in self.pairs(set_name)}
         rows = read_table(self.path / set_name / "measured.csv", ("name", "x_mm", "y_mm", "depth_mm"))
-        samples = []
+        samples: list[Sample] = []
         for where, row in rows:
             pair = _find_pair(pairs, row["name"], where)
+            if any(pair is sample.pair for sample in samples):
+                raise RecordingError(f"{where}: picture {pair.name} has a line already. Take one of the two away.")
             x, y, depth = (place_mm(row[k], f"{where}, {k}") for k in ("x_mm", "y_mm", "depth_mm"))
             ball = self.true_ball(set_name, pair.name)
             truth = None if ball is None else _exact(ball["ball"])
@@ -192,12 +194,19 @@ def _exact(place):
     return Position(x, y, depth)
 
 
-def _pictures(folder):
+def pictures_in(folder: Path) -> dict[str, Path]:
     """Pictures of a folder by name without ending, in natural order."""
     if not folder.is_dir():
         return {}
     files = [p for p in folder.iterdir() if p.suffix.lower() in PICTURES and not p.name.startswith(".")]
-    return {p.stem: p for p in sorted(files, key=natural_key)}
+    found: dict[str, Path] = {}
+    for file in sorted(files, key=natural_key):
+        if file.stem in found:
+            raise RecordingError(
+                f"{folder} holds {found[file.stem].name} and {file.name}: two pictures of one name. Keep one."
+            )
+        found[file.stem] = file
+    return found
 
 
 def _check_halves(folder, left, right):

@@ -125,7 +125,8 @@ class RecorderPanel(Pictured):
     def _show(self, frame, state):
         session = self._session
         coverage = session.recorder.coverage if session is not None else None
-        self.picture.value = jpeg(recorder_view(frame, state, coverage))
+        if frame is not None:
+            self.picture.value = jpeg(recorder_view(frame, state, coverage))
         if state.taken:
             self._tell(state.said)
         elif time.monotonic() > self._stays_s:
@@ -143,7 +144,9 @@ class RecorderPanel(Pictured):
         """Keep the newest pair with the ball at the place that is typed in."""
         session = self._session
         if session is None or session.frame is None:
-            self.text.value = f"No pictures yet. {PRESS}"
+            self.text.value = (
+                f"No pictures yet. {PRESS}" if session is None else "No picture comes just now. Nothing was taken."
+            )
             return
         place = tuple(self.place[name].value for name in ("x", "y", "depth"))
         if not any(place):
