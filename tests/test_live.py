@@ -10,6 +10,7 @@ import pytest
 
 from stereo_lab.errors import StereoLabError
 from stereo_lab.live import CameraSource, RecordingSource, VirtualBench, look, open_source
+from stereo_lab.live import cameras as live_cameras
 from stereo_lab.live.cameras import what_is_wrong
 from stereo_lab.localization import Localizer
 from stereo_lab.recording import open_recording
@@ -152,6 +153,42 @@ def test_useless_pictures_are_passed_over_and_told(cameras, bad, says):
     settle(source, 1, 0)
     shoot(right, time, 2.0)
     assert source.read().dropped == 1
+
+
+def test_pictures_that_nobody_fetched_are_counted_all(cameras):
+    source, left, right, time = cameras
+    for k in range(10):
+        for camera in (left, right):
+            shoot(camera, time, 1 + k / 30, k)
+    with source._news:
+        assert source._news.wait_for(lambda: all(s.taken and s.taken[-1][0] > 1.29 for s in source._sides), 2)
+    assert source.read().dropped == 9
+
+
+def test_a_driver_that_fails_is_opened_again(cameras, monkeypatch):
+    source, left, right, time = cameras
+    monkeypatch.setattr(live_cameras, "AGAIN_S", 0.02)
+
+    def fails():
+        raise cv2.error("the driver fell over")
+
+    left.feed.put(fails)
+    with pytest.raises(StereoLabError, match="opened again"):
+        source.read()
+    while len(Fake.cameras["all"]) < 3:
+        threading.Event().wait(0.01)
+    again = Fake.cameras["all"][2]
+    shoot(again, time, 2.0)
+    shoot(right, time, 2.0)
+    assert source.read().time_s == 2.0
+
+
+def test_a_recording_that_is_closed_ends_at_once(bench):
+    time = Time()
+    source = RecordingSource(bench, clock=time, sleep=time.sleep)
+    source.read()
+    source.close()
+    assert source.read() is None and time.now == 100
 
 
 def test_a_white_floor_is_no_fault():

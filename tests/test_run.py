@@ -380,16 +380,17 @@ def test_a_broken_last_line_is_counted_and_left_out(tmp_path):
     log = RunLog(path, HEAD)
     for k in range(5):
         log.write({"number": k, "time_s": k / 10, "said": "follows", "seen": True, "dropped": k % 2})
+    log.write({"said": "touched ball 1"})  # as an older kit wrote it, without a time
     log.close()
     with open(path, "a") as file:
         file.write('{"number": 5, "time_s": 0.')
     found = read_log(path)
     summary = found.summary()
-    assert len(found.records) == 5 and found.broken == 1
+    assert len(found.records) == 6 and found.broken == 1
     assert (summary["pictures"], summary["seen"], summary["dropped"]) == (5, 5, 2) and summary[
         "seconds"
     ] == pytest.approx(0.4)
-    assert summary["said"] == {"follows": 5} and summary["latency_ms"] is None
+    assert summary["said"] == {"follows": 5, "touched ball 1": 1} and summary["latency_ms"] is None
 
 
 def test_what_is_no_log_is_refused(tmp_path):

@@ -91,12 +91,10 @@ def _sinks(options, source, recording, localizer, stack):
 
     head = header(source.name, options.arm or "", recording.name, localizer.calibration.facts())
     sinks = []
+    if options.mqtt:  # first: where it cannot be had, no log is begun, which would be in the way of the next try
+        sinks.append(stack.enter_context(contextlib.closing(Broadcast(options.mqtt, bench_name(options.bench), head))))
     if options.log:
-        sinks.append(RunLog(options.log, head))
-    if options.mqtt:
-        sinks.append(Broadcast(options.mqtt, bench_name(options.bench), head))
-    for sink in sinks:
-        stack.callback(sink.close)
+        sinks.append(stack.enter_context(contextlib.closing(RunLog(options.log, head))))
     return sinks
 
 

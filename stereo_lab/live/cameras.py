@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from stereo_lab.errors import StereoLabError
-from stereo_lab.live.sources import Frame, StereoSource
+from stereo_lab.live.sources import Frame, StereoSource, check_rate
 
 KEPT = 4  # pictures of a side that may still find their other half; older ones are dropped
 SILENT_S = 2.0  # so long without a pair is told
@@ -48,7 +48,7 @@ class CameraSource(StereoSource):
     Raises
     ------
     StereoLabError
-        If one of them does not open.
+        If one of them does not open, or the rate makes no sense.
     """
 
     def __init__(
@@ -62,9 +62,9 @@ class CameraSource(StereoSource):
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.name, self.size, self.rate_hz, self.silent_s = f"cameras:{left},{right}", size, rate_hz, silent_s
+        check_rate(rate_hz)
         self._news, self._clock = threading.Condition(), clock
         self._sides: list[_Side] = []
-        self._given = [float("-inf")] * 2  # when the pictures of the newest pair given were taken
         try:
             for word, number in (("left", left), ("right", right)):
                 self._sides.append(_Side(word, number, size, rate_hz, open_capture, self._news, clock))
@@ -93,19 +93,17 @@ class CameraSource(StereoSource):
 
     def _match(self):
         """The newest left picture with the right one that is nearest in time, within half a frame of each other."""
-        left, right = (
-            [t for t in side.taken if t[0] > given] for side, given in zip(self._sides, self._given, strict=True)
-        )
-        for time_s, picture in reversed(left):
-            other_s, other = min(right, key=lambda taken: abs(taken[0] - time_s), default=(float("inf"), None))
+        left, right = self._sides
+        for time_s, picture in reversed(left.taken):
+            other_s, other = min(right.taken, key=lambda taken: abs(taken[0] - time_s), default=(float("inf"), None))
             if abs(other_s - time_s) <= 0.5 / self.rate_hz:
-                dropped = sum(taken[0] < time_s for taken in left) + self._sides[0].forget()
-                self._given = [time_s, other_s]
+                dropped = left.give(time_s) - 1
+                right.give(other_s)
                 return Frame(time_s, picture, other, other_s - time_s, dropped)
         return None
 
     def _who_is_silent(self):
-        said = [side.words(given) for side, given in zip(self._sides, self._given, strict=True)]
+        said = [side.words() for side in self._sides]
         if not any(said):
             skew = abs(self._sides[0].taken[-1][0] - self._sides[1].taken[-1][0])
             return (
@@ -139,7 +137,7 @@ class _Side:
 
     Attributes
     ----------
-    taken : deque of (seconds, picture), the newest last
+    taken : deque of (seconds, picture) that nobody had yet, the newest last
     trouble : str, what is wrong with it now, in words; empty where nothing is
     """
 
@@ -177,7 +175,10 @@ class _Side:
                 continue
             if self.lock_asked:
                 self._lock()
-            good, picture = self._capture.read()
+            try:
+                good, picture = self._capture.read()
+            except Exception:  # whatever a driver raises, the camera is opened again
+                good, picture = False, None
             now = self._clock()
             if not good or picture is None:
                 self._trouble("gave no picture and was let go; it is opened again every second. Is it plugged in?")
@@ -207,6 +208,7 @@ class _Side:
                 self.trouble, self.passed_over = wrong, self.passed_over + 1
             else:
                 self.trouble = ""
+                self.passed_over += len(self.taken) == KEPT  # the oldest one gives way
                 self.taken.append((now, picture))
             self._news.notify_all()
 
@@ -219,9 +221,12 @@ class _Side:
         with self._news:
             self._news.wait_for(lambda: self.stopped, seconds)
 
-    def forget(self):
-        """How many pictures were passed over since the last time."""
+    def give(self, time_s):
+        """Let go of the picture of that time and of all before it: how many, with those that were passed over since the last time."""
         count, self.passed_over = self.passed_over, 0
+        while self.taken and self.taken[0][0] <= time_s:
+            self.taken.popleft()
+            count += 1
         return count
 
     def loose(self):
@@ -232,11 +237,11 @@ class _Side:
         refused = "does not let its" if self.locks else f"has not said within {LOCK_S:g} s that it lets its"
         return f"The {self.word} camera ({self.number}) {refused} {' and '.join(names)} be held: leave lamps and cameras as they are."
 
-    def words(self, since_s):
+    def words(self):
         """Why nothing new comes from it; empty where something does."""
         if self.trouble:
             return f"The {self.word} camera ({self.number}) {self.trouble}"
-        if not self.taken or self.taken[-1][0] <= since_s:
+        if not self.taken:
             return (
                 f"The {self.word} camera ({self.number}) is open and gives no pictures. Unplug it and plug it in again."
             )

@@ -242,6 +242,10 @@ def ball_when_ordered(moments: Sequence[Moment], recording: Recording) -> tuple[
     x_mm, y_mm : ndarray, shape (N,), in the arm's plane
     """
     seen = [m for m in moments if m.track is not None and m.track.seen]
+    if not seen:
+        raise StereoLabError(
+            "The ball was not seen in any picture of the run. Is it in the picture, and of its colour?"
+        )
     when, x, y = (
         np.array(values, float)
         for values in zip(*((m.frame.time_s, *_in_plane(recording, m)) for m in seen), strict=True)

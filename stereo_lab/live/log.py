@@ -113,9 +113,10 @@ class Run:
         for record in self.records:
             said[str(record.get("said", ""))] = said.get(str(record.get("said", "")), 0) + 1
         time_s = self.column("time_s")
+        time_s = time_s[np.isfinite(time_s)]
         seen = sum(record.get("seen") is True for record in self.records)
         facts: dict[str, Any] = {
-            "pictures": len(self.records),
+            "pictures": sum("number" in record for record in self.records),  # a touch has a line and no picture
             "seconds": float(np.ptp(time_s)) if len(time_s) else 0.0,
         }
         facts |= {

@@ -153,13 +153,15 @@ class RecordingSource(StereoSource):
         if alone:
             raise StereoLabError(f"{self.name}: expected pairs, but {alone[0]} has no right picture.")
         self._pace = None if fast else Pace(self.rate_hz, clock, sleep)
-        self._next = 0
+        self._next, self._closed = 0, False
 
     def read(self) -> Frame | None:
         """The next pair, when it is due; None after the last one."""
+        if self._closed:
+            return None
         newest = self._next if self._pace is None else min(self._pace.due(self._next), len(self.pairs))
         dropped, self._next = newest - self._next, newest + 1
-        if newest >= len(self.pairs):
+        if self._closed or newest >= len(self.pairs):
             return None
         pair = self.pairs[newest]
         return Frame(newest / self.rate_hz, pair.left, pair.right, dropped=dropped)
@@ -170,7 +172,7 @@ class RecordingSource(StereoSource):
 
     def close(self) -> None:
         """No more pairs come."""
-        self._next = len(self.pairs)
+        self._closed = True
 
 
 def _film(recording):
@@ -182,6 +184,12 @@ def _film(recording):
             f"{recording.name} has no pictures of a ball to look at: a set named {FILM}, taken in one go, is best."
         )
     return max(recording.ball_sets, key=lambda name: len(recording.pairs(name)))
+
+
+def check_rate(rate_hz: float) -> None:
+    """Refuse a rate that no camera has."""
+    if not LEAST_HZ <= rate_hz <= MOST_HZ:  # refuses NaN as well
+        raise StereoLabError(f"Expected {LEAST_HZ:g} to {MOST_HZ:g} pairs a second; got {rate_hz:g}.")
 
 
 def open_source(
@@ -221,8 +229,7 @@ def open_source(
     from stereo_lab.live.bench import VirtualBench
     from stereo_lab.live.cameras import CameraSource
 
-    if not LEAST_HZ <= rate_hz <= MOST_HZ:  # refuses NaN as well
-        raise StereoLabError(f"Expected {LEAST_HZ:g} to {MOST_HZ:g} pairs a second; got {rate_hz:g}.")
+    check_rate(rate_hz)
     words = str(name)
     kind, _, rest = words.partition(":")
     if kind == "virtual":

@@ -66,7 +66,14 @@ def touch_in_turn(
         x, y, depth = place
         words = f"touched ball {len(touched) + 1} at x {x:.0f}, y {y:.0f}, depth {depth:.0f} mm"
         for sink in sinks:
-            sink.write({"said": words, "reached1_deg": reached.theta1_deg, "reached2_deg": reached.theta2_deg})
+            sink.write(
+                {
+                    "time_s": source.now(),
+                    "said": words,
+                    "reached1_deg": reached.theta1_deg,
+                    "reached2_deg": reached.theta2_deg,
+                }
+            )
         yield words
         arm.move_to(near)
         touched = np.vstack([touched, place])
