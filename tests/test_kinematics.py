@@ -17,6 +17,7 @@ from stereo_lab.kinematics import (
     worst_poses,
     worst_torque_nm,
 )
+from stereo_lab.kinematics.angles import wrap
 
 BENCH = TwoLinkArm(250.0, 200.0)
 
@@ -133,6 +134,15 @@ def test_solutions_keep_to_the_limits():
         arm.solutions(-300, -50)
     with pytest.raises(UnreachableTargetError, match="out of reach"):
         arm.solutions(600, 0)
+
+
+def test_limits_beyond_half_a_turn_are_used():
+    arm = TwoLinkArm(250, 200, ((0.0, 270.0), (-150.0, 150.0)))
+    for pose in (JointAngles(250.0, 40.0), JointAngles(30.0, -60.0)):
+        found = arm.solutions(*arm.forward(pose))
+        assert any(np.allclose((f.theta1_deg, f.theta2_deg), (pose.theta1_deg, pose.theta2_deg)) for f in found)
+        assert all(arm.within_limits(f) for f in found)
+    assert wrap([720, -180, 540, 180, -181, 10]).tolist() == [0, 180, 180, 180, 179, 10]
 
 
 def test_an_extended_arm_touches_a_ball_from_outside():

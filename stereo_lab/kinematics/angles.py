@@ -50,4 +50,6 @@ def points(x: ArrayLike, y: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
 def wrap(angle_deg: ArrayLike) -> np.ndarray:
     """Angles in (−180, 180]."""
     angle = np.asarray(angle_deg, float)
-    return np.where(angle > 180, angle - 360, np.where(angle <= -180, angle + 360, angle))
+    return np.where(
+        (angle > -180) & (angle <= 180), angle, 180 - (180 - angle) % 360
+    )  # what is right keeps its last digit

@@ -117,7 +117,7 @@ class TwoLinkArm:
             If the point is out of reach, or every pose is beyond a limit.
         """
         poses = list(dict.fromkeys(self.inverse(x_mm, y_mm, elbow) for elbow in ("down", "up")))
-        allowed = [pose for pose in poses if self.within_limits(pose)]
+        allowed = [turned for pose in poses if self.within_limits(turned := self._turned(pose))]
         if not allowed:
             said = " or ".join(f"({p.theta1_deg:.1f}, {p.theta2_deg:.1f})" for p in poses)
             raise UnreachableTargetError(
@@ -125,6 +125,14 @@ class TwoLinkArm:
                 f"they turn from {_span(self.limits_deg[0])} and from {_span(self.limits_deg[1])}."
             )
         return allowed
+
+    def _turned(self, pose):
+        """The same pose with each angle a whole turn more or less, where it is within the limits only then."""
+        angles = []
+        for angle, (low, high) in zip((pose.theta1_deg, pose.theta2_deg), self.limits_deg, strict=True):
+            others = (angle, angle + 360.0, angle - 360.0)
+            angles.append(next((other for other in others if within([other], [(low, high)])), angle))
+        return JointAngles(*angles)
 
     def extended(self, by_mm: float) -> TwoLinkArm:
         """The same arm with a longer forearm: where its tip is in the middle of a ball, the hand touches the ball.
