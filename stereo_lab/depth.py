@@ -98,6 +98,10 @@ class OffsetDepth:
             gap = d - d0
             terms = np.column_stack([1 / gap, a / gap**2, np.ones_like(d)])
             error = depth - (a / gap + c)
+            if not (np.isfinite(terms).all() and np.isfinite(error).all()):
+                raise StereoLabError(
+                    "No curve a/(d − d0) + c comes near these samples: look at their depths and disparities."
+                )
             step = np.linalg.lstsq(terms * weight[:, None], error * weight, rcond=None)[0]
             step *= min(1.0, 0.5 * gap.min() / max(abs(step[1]), 1e-12))  # never past the nearest sample
             a, d0, c = a + step[0], d0 + step[1], c + step[2]

@@ -87,13 +87,15 @@ class RigidFit:
         Raises
         ------
         StereoLabError
-            With fewer than three points, or with all of them on one line.
+            With fewer than three points, something in them that is no number, or all of them on one line.
         """
         camera, bench = np.asarray(camera_Nx3, float), np.asarray(bench_Nx3, float)
         if camera.shape != bench.shape or camera.ndim != 2 or camera.shape[1] != 3 or len(camera) < 3:
             raise StereoLabError(
                 f"A rigid fit needs three points or more, (N, 3); got {camera.shape} and {bench.shape}."
             )
+        if not (np.isfinite(camera).all() and np.isfinite(bench).all()):
+            raise StereoLabError("A coordinate of a point is no finite number.")
         spread = np.linalg.svd(camera - camera.mean(0), compute_uv=False)
         if spread[1] < 1e-3 * spread[0]:
             raise StereoLabError("All samples lie on one line: move the ball sideways as well as in depth.")

@@ -1,6 +1,7 @@
 """Calibrations given away and taken over: by other programs' rules, not by our own reader alone."""
 
 import json
+import re
 import shutil
 
 import cv2
@@ -110,12 +111,17 @@ def test_what_is_wrong_is_a_sentence(calibration, files, tmp_path):
         "half.yaml": text[: len(text) // 2],
         "again.yaml": text,
         "nothing.yml": "",
+        "six.yaml": text.replace("image_width: 640", "image_width: six"),
+        "endless.yaml": text.replace("image_width: 640", "image_width: .inf"),
         "words.yml": "Dear all,\nthis is: [not",
     }
     for name, content in spoilt.items():
         (tmp_path / name).write_text(content)
     turned = files[0].read_text().replace("R: !!", "Rest: !!").replace("image_width", "wide")
     (tmp_path / "turned.yml").write_text(turned)
+    (tmp_path / "turn.yml").write_text(
+        re.sub(r"R: !!.*?(?=^\w)", 'R: "hello"\n', files[0].read_text(), flags=re.S | re.M)
+    )
     for names, words in (
         (parts, "0.121 mm apart. Say in which unit"),
         (parts[:1], "expected R, T, image_width, image_height as well"),
@@ -126,6 +132,9 @@ def test_what_is_wrong_is_a_sentence(calibration, files, tmp_path):
         ([tmp_path / "half.yaml", files[2]], "neither YAML, XML or JSON that OpenCV wrote nor"),
         ([tmp_path / "nothing.yml"], "neither YAML"),
         ([tmp_path / "words.yml"], "neither YAML"),
+        ([tmp_path / "six.yaml", files[2]], "image_width: expected a number, got 'six'"),
+        ([tmp_path / "endless.yaml", files[2]], "image_width: expected a finite number"),
+        ([tmp_path / "turn.yml"], "rotation is 'hello'"),
     ):
         with pytest.raises(CalibrationError, match=words):
             import_calibration([str(name) for name in names])

@@ -7,6 +7,7 @@ in metres. So R = R2ᵀ R1, and T = R2ᵀ (P2[0, 3] / f, 0, 0).
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -17,8 +18,8 @@ import yaml
 
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.calibration.saved import ARRAYS, TAKEN_OVER, as_field
-from stereo_lab.common.files import read_bytes, write_json, write_whole
-from stereo_lab.errors import CalibrationError
+from stereo_lab.common.files import finite_number, read_bytes, write_json, write_whole
+from stereo_lab.errors import CalibrationError, StereoLabError
 from stereo_lab.recording import Ball, Board, Recording, open_recording
 from stereo_lab.recording.importing import camera_facts, check_new
 
@@ -184,7 +185,7 @@ def _of_opencv(texts, unit_mm):
             "OpenCV's own example writes two files, intrinsics.yml and extrinsics.yml: name both. A size of the pictures that is "
             "missing may be added by hand: image_width and image_height."
         )
-    size = int(found.pop("width")), int(found.pop("height"))
+    size = _size(found.pop("width"), found.pop("height"), _named(texts))
     checked = {field: _shaped(value, field, _named(texts)) for field, value in found.items()}
     checked["translation_mm"] = checked["translation_mm"] * unit_mm
     return {"image_size": size, **checked}
@@ -208,9 +209,19 @@ def _one_of(values, names):
     return next((values[name] for name in names if values.get(name) is not None), None)
 
 
+def _size(width, height, where):
+    try:
+        return int(finite_number(width, f"{where}, image_width")), int(finite_number(height, f"{where}, image_height"))
+    except StereoLabError as error:
+        raise CalibrationError(str(error)) from None
+
+
 def _shaped(value, field, where):
     """An array as :class:`StereoCalibration` has it, looked at as one that is read from a file of the kit's own."""
-    array = np.asarray(value, float)
+    try:
+        array = np.asarray(value, float)
+    except (TypeError, ValueError):
+        raise CalibrationError(f"{where}: {field} is {reprlib.repr(value)}, and numbers were expected.") from None
     if field == "rotation" and array.size == 3:
         array = cv2.Rodrigues(array.ravel())[0]
     try:
@@ -247,7 +258,7 @@ def _ros_camera(name, text):
         model = str(facts["distortion_model"])
         projection = table("projection_matrix", (3, 4))
         camera = {
-            "size": (int(facts["image_width"]), int(facts["image_height"])),
+            "size": _size(facts["image_width"], facts["image_height"], name),
             "matrix": table("camera_matrix", (3, 3)), "lens": table("distortion_coefficients", -1),
             "turn": table("rectification_matrix", (3, 3)), "shift": float(projection[0, 3] / projection[0, 0]),
         }  # fmt: skip

@@ -19,6 +19,7 @@ from stereo_lab.capture.folder import BOARDS, Folder
 from stereo_lab.capture.glance import Glance, glance
 from stereo_lab.errors import RecordingError
 from stereo_lab.recording import USUAL_BALL, Ball, Board, Recording
+from stereo_lab.recording.importing import check_new
 from stereo_lab.recording.video import count_frames, read_timed
 
 STEP_S = 0.02  # films are compared at so many moments a second
@@ -53,7 +54,13 @@ class Seen:
 
 
 def watch(path: str | Path, board: Board, progress: Callable[[int, int], object] | None = None) -> Seen:
-    """Look for the board in every frame of a film; one frame at a time is in memory."""
+    """Look for the board in every frame of a film; one frame at a time is in memory.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be read, or is a single picture.
+    """
     total, times, glances, size = count_frames(path), [], [], (0, 0)
     for time_s, frame in read_timed(path):
         times.append(time_s)
@@ -61,6 +68,10 @@ def watch(path: str | Path, board: Board, progress: Callable[[int, int], object]
         size = frame.shape[1::-1]
         if progress:
             progress(len(times), max(total, len(times)))
+    if len(times) < 2:
+        raise RecordingError(
+            f"{path} has {'one picture' if times else 'no pictures'}: a film of a moving board was expected."
+        )
     return Seen(np.array(times), glances, size)
 
 
@@ -177,8 +188,9 @@ def import_films(
     Raises
     ------
     RecordingError
-        If a film cannot be read, the two do not fit together, or the board never rests before both cameras.
+        If the folder is there, a film cannot be read, the two do not fit together, or the board never rests before both cameras.
     """
+    check_new(out)
     say = progress or (lambda *_: None)
     one = watch(left, board, lambda *n: say(f"watch {left}", *n))
     other = watch(right, board, lambda *n: say(f"watch {right}", *n))

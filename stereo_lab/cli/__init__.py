@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import io
 import os
 import sys
 from collections.abc import Sequence
@@ -26,6 +27,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy is loaded: see lab.py
     os.environ.setdefault("OPENCV_LOG_LEVEL", "ERROR")  # a camera or video that does not open is told in one sentence
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a pipe on Windows may have no letter for θ
+            stream.reconfigure(errors="replace")
     try:
         words, for_jupyterlab = _parted(list(sys.argv[1:] if arguments is None else arguments))
         options = _parser().parse_args(words)

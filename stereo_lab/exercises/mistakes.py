@@ -74,7 +74,8 @@ def of_bytes(function: Callable, kind: Function) -> str:
         return ""
     for arguments in kind.inputs:
         wide = tuple(a.astype(int) if isinstance(a, np.ndarray) else a for a in arguments)
-        if not np.array_equal(numbers_of(function, wide), numbers_of(kind.right, wide)):
+        mine, its = numbers_of(function, wide), numbers_of(kind.right, wide)
+        if mine is None or its is None or not np.array_equal(mine, its):
             return ""
     return f"{names[0]} holds bytes, and below 0 a byte goes on from 255. Make whole numbers of them first: {names[0]}.astype(int)."
 

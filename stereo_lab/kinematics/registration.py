@@ -69,13 +69,15 @@ class Registration:
         Raises
         ------
         StereoLabError
-            With fewer than six poses, or poses that do not tell the nine numbers apart.
+            With fewer than six poses, something in them that is no number, or poses that do not tell the nine numbers apart.
         """
         angles, places = np.asarray(angles_N2, float), np.asarray(places_N3, float)
         if len(angles) < LEAST_POSES or angles.shape != (len(places), 2) or places.shape[1:] != (3,):
             raise StereoLabError(
                 f"Expected {LEAST_POSES} poses or more, each with two angles and a place; got {len(places)}."
             )
+        if not (np.isfinite(angles).all() and np.isfinite(places).all()):
+            raise StereoLabError("An angle or a place of a pose is no finite number.")
         weights = 1 / np.broadcast_to(np.asarray(sigmas_N3, float), places.shape).ravel()
         values = cls.told(arm, depth_mm).values
         _covariance(_slopes(values, angles))  # poses that tell too little are told before anything is fitted
@@ -126,12 +128,12 @@ class Registration:
             values = [finite_number(facts[name]["value"], f"{path}, {name}") for name in NAMES]
             sigmas = [finite_number(facts[name]["sigma"], f"{path}, {name}") for name in NAMES]
             residuals = np.array(facts["residuals_mm"], float).reshape(-1, 3)
-            (low1, high1), (low2, high2) = facts["limits_deg"]
+            low1, high1, low2, high2 = (
+                finite_number(limit, f"{path}, limits_deg") for low_high in facts["limits_deg"] for limit in low_high
+            )
         except (KeyError, TypeError, ValueError) as error:
             raise StereoLabError(f"{path} is no registration of an arm ({error!r}). Register it again.") from None
-        return cls(
-            np.array(values), np.array(sigmas), residuals, ((float(low1), float(high1)), (float(low2), float(high2)))
-        )
+        return cls(np.array(values), np.array(sigmas), residuals, ((low1, high1), (low2, high2)))
 
     @property
     def arm(self) -> TwoLinkArm:

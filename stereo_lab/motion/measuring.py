@@ -43,11 +43,13 @@ class DirectionFit:
         Raises
         ------
         StereoLabError
-            With fewer than four pushes, or pushes that no motor makes.
+            With fewer than four pushes, or pushes that no motor makes: without a length, a voltage or an angle.
         """
         volts, seconds, turned = (np.abs(np.asarray(a, float)) for a in (volts_N, seconds_N, turned_deg_N))
         if len(volts) < 4 or len(np.unique(volts)) < 2 or len(np.unique(seconds)) < 2:
             raise StereoLabError("Expected four pushes or more, of two voltages and two lengths at least.")
+        if not all(np.isfinite(given).all() for given in (volts, seconds, turned)) or not (volts * seconds > 0).all():
+            raise StereoLabError("A push lasts for some time, with some voltage, and turns by a number of degrees.")
         speed = turned / seconds
         k = max(np.polyfit(volts, speed, 1)[0], 1.0)
         guess = np.array([k, 0.8 * starts_at_v, 0.05])
@@ -137,10 +139,12 @@ class WeightFit:
         Raises
         ------
         StereoLabError
-            With fewer than four poses, or poses that do not tell the three numbers apart.
+            With fewer than four poses, something in them that is no number, or poses that do not tell the three numbers apart.
         """
         one, other = np.radians(theta1_deg_N), np.radians(np.add(theta1_deg_N, theta2_deg_N))
         rows = np.column_stack([np.cos(one), np.cos(other), np.ones(len(one))])
+        if not (np.isfinite(rows).all() and np.isfinite(np.asarray(middle_v_N, float)).all()):
+            raise StereoLabError("An angle or a voltage of a pose is no finite number.")
         if len(rows) < 4 or np.linalg.cond(rows) > 30:
             raise StereoLabError("Expected four poses or more, with both links up, sideways and down.")
         found = np.linalg.lstsq(rows, np.asarray(middle_v_N, float), rcond=None)[0]
