@@ -500,6 +500,13 @@ def test_the_form_of_a_right_answer_does_not_matter(kind, answer):
         (Function(lambda h: (h <= 7) | (h >= 172), ((np.uint8([0, 7, 8, 90, 172, 179]),),), 0), lambda h: (h - 172) % 180 <= 15, "h holds bytes, and below 0 a byte goes on from 255"),
         (Number(115.65, 0.12, "px", (Wrong(115.86, "up and down as well"),)), 116, "rounded too much"),
         (Number(115.65, 0.12, "px", (Wrong(115.86, "up and down as well"),)), 115.9, "up and down as well"),
+        (Function(lambda x: x / x.sum(), ((np.array([1.0, 3.0]),), (np.array([1.0, 3.0, 5.0]),)), 1e-6), lambda x: x / x.cumsum(), "for x = (1, 3) it gives (1, 0.75)"),
+        (Function(lambda x: x / x.sum(), ((np.array([1.0, 3.0]),),), 1e-6), lambda x: (x / x.sum()).mean(), "Is a sum or a mean taken that is not asked for?"),
+        (Function(lambda x: np.exp(x), ((np.array([1.0, 3.0]),),), 1e-6), lambda x: exp(x), "write np.exp"),  # noqa: F821
+        (Function(lambda x: np.log(x), ((np.array([1.0, 3.0]),),), 1e-6), lambda x: np.log(-x), "a root or a logarithm is taken of a number below zero"),
+        (Function(lambda x: 1 / x, ((5.0,), (8.0,)), 1e-6, also=(lambda x: 1 / (x + 0.01),)), lambda x: -1 / (x + 0.01), "right but for its sign"),
+        (Function(lambda x, y: y / x, ((100.0, 49.0), (10.0, 2.7)), 1e-6), lambda x, y: 0.5 if x > 50 else 0.3, "changes nothing in your result"),  # what looks rounded by chance is not called so
+        (Number(-1.5, 0.01, "mm per px"), "0.15 cm per px", "the sign is turned"), (Number(-1.5, 0.01, "mm per px"), "1.5 mm per s", "mm per px is asked for"),
         (Number(200, 0, "of 255"), "(30,40,200)", "in this text there are 3"), (Number(640, 0, "px", of_several="Which one?"), (640, 3), "Which one?"),
         (Choice("bends it", (Wrong("nothing", "no"),), "yes", same=((".*not straight.*", "bends it"),)), "it isn't bending", "\"it isn't bending\" says what it is not"),
         (Function(lambda x, y: math.hypot(x, y), ((3.0, 4.0), (1.0, 2.0)), 1e-6), lambda x, y: x + y**2, "look at y"),
@@ -632,7 +639,7 @@ L, E = np.log, np.exp
         (7, lambda n: -100 * math.log(0.05) / n, "PASS"),
         (7, lambda n: 100 * 3.8415 / (n + 3.8415), "PASS"),
         (7, lambda n: 100 * (1 - 0.95 ** (1 / n)), "none shows 95 times of 100"),
-        (7, lambda n: 300 // n, "you round"),
+        (7, lambda n: 300 // n, "the decimals are cut off"),
     ],
 )  # fmt: skip
 @pytest.mark.filterwarnings("error")

@@ -127,7 +127,7 @@ class Function:
         )  # an error of the call itself has no line of the function
         if isinstance(error, TypeError) and "positional argument" in str(error) and inside is None:
             return f"your function must take {len(self.inputs[0])}: {', '.join(self.names)}, in this order. Leave the def line as it was."
-        return in_plain_words(error)
+        return in_plain_words(error, any(isinstance(given, np.ndarray) for given in self.inputs[0]))
 
     @property
     def names(self) -> list[str]:
@@ -159,6 +159,8 @@ class Function:
         if any(np.asarray(o).dtype.kind not in "iuf" for o in outputs):
             return ""
         turned = [-np.asarray(o) for o in outputs]
+        if any(self._does_as(right, turned) for right in self.also):
+            return "right but for its sign, which is turned round."
         meant = (m.message for m in self.wrong if self._does_as(m.answer, turned, NEAR))
         return next((f"{message} And your sign is turned round." for message in meant), "")
 

@@ -75,7 +75,7 @@ def _slope(v0, y0, v1, y1):
     return dict(
         asks="What is the slope through the highest and the lowest sample, in mm per px?",
         answer=Number(
-            right, 0.02 * abs(right), "mm per px",
+            right, 0.01 * abs(right), "mm per px",
             (
                 Wrong(y0 - right * v0, "that is the offset c, the y of row 0. The slope is one step over the other."),
                 Wrong(y1 - y0 / v1 - v0, "brackets are missing: Python divides before it takes away. (… - …) / (… - …)"),
@@ -137,7 +137,11 @@ def _least_squares():
                 Wrong(lambda p, q: _products(p, q).sum(), "that is what stands above the line. Divide it by the sum of the squared pixel steps."),
                 Wrong(lambda p, q: ((p - p.mean()) ** 2).sum() / _products(p, q).sum(), "upside down: the pixels alone, squared, belong below the line."),
                 Wrong(lambda p, q: _products(p, q).mean() / ((p - p.mean()) ** 2).sum(), "a mean above the line and a sum below it: take the same both times."),
-                Wrong(lambda p, q: np.polyfit(p, q, 1), "np.polyfit gives two numbers, slope and offset. The slope is [0]."),
+                Wrong(lambda p, q: np.polyfit(p, q, 1), "those are two numbers, slope and offset. The slope is the first one: [0]."),
+                Wrong(lambda p, q: (q[1] - q[0]) / (p[1] - p[0]), "that is the line through the first two samples; the others do not count at all."),
+                Wrong(lambda p, q: (p - p.mean()).sum() * (q - q.mean()).sum() / ((p - p.mean()) ** 2).sum(), "first multiply, sample by sample, then sum: steps from a mean add up to zero."),
+                Wrong(lambda p, q: _products(p, q).sum() / ((p - p.mean()) ** 2).sum() ** 0.5, "no root below the line: there stands the sum of the squared pixel steps itself."),
+                Wrong(lambda p, q: _products(p, q).sum() / np.abs(p - p.mean()).sum(), "below the line the pixel steps are squared, not made positive."),
                 Wrong(lambda p, q: np.polyfit(p, q, 2)[0], "a 2 fits a parabola, and [0] is its bend. A straight line has 1."),
                 Wrong(lambda p, q: np.polyfit(p, q, 1)[1], "that is the offset, where the line meets pixel 0. The slope is [0]."),
                 Wrong(lambda p, q: np.cov(p, q)[0, 1] / p.var(), "np.cov divides by one less than there are, .var() by all. Take sums both times."),

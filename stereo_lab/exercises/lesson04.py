@@ -14,7 +14,7 @@ def questions(recording: Recording) -> tuple[Question, ...]:
     """Six questions; see :mod:`stereo_lab.exercises`."""
     baseline, focal, left_u, right_u, raw_px = _facts(str(recording.path))
     tries = ((baseline, focal, 60.0), (baseline, focal, 30.0), (100.0, 800.0, 80.0))
-    far = ((1000.0, focal, baseline), (2000.0, focal, baseline), (500.0, 800.0, 100.0))
+    far = ((1000.0, focal, baseline), (2000.0, focal, baseline), (600.0, 400.0, 300.0))
     return lesson(
         "04",
         _twice_as_far(),
@@ -39,11 +39,12 @@ def _twice_as_far():
             ),
             "disparity times depth stays the same: half of one, twice the other.",
             same=(
+                ("^(it )?(shrinks?|is shrinking)$", "smaller"),
                 ("(it )?(shrinks by|becomes|gets) .*(pixel|px|mm).*", "shrinks by a fixed number"),
                 (".*half as .* again.*", "more"),
                 ("(it )?halves twice", "quarters"),
                 (
-                    "half as (large|big|much|far|wide)|(gets |is |becomes |goes )?(to |down to )?(halved|halfs|half)( of it)?|divides by 2|divided by 2|1/2|0.5|50 ?%",
+                    "half as (large|big|much|far|wide)|(is )?inversely proportional|(shrinks?|gets smaller|decreases) (by|to) (half|a factor( of)? (2|two))|halve|(gets |is |becomes |goes )?(to |down to )?(halved|halfs|half)( of it)?|(is )?divide[sd]? by (2|two)|1/2|0.5|50 ?%",
                     "halves",
                 ),
                 ("(a |one )?quarter|four times smaller|1/4|0.25|divided by 4", "quarters"),
@@ -223,6 +224,7 @@ def _one_pixel(tries):
                 Wrong(lambda z, f, b: z**2 / f * b, "brackets are missing under the line: / (focal_px * baseline_mm)."),
                 Wrong(lambda z, f, b: z * 2 / (f * b), "that is twice Z. Squared is **2."),
                 Wrong(lambda z, f, b: b * f / (b * f / z - 2) - z, "that is for two pixels."),
+                Wrong(lambda z, f, b: b * f / (b * f / z - 1) - b * f / (b * f / z + 1), "that is for two pixels, from one more to one less."),
                 Wrong(lambda z, f, b: b * f, "that is the depth at a disparity of one pixel. Which disparity has this ball?"),
                 Wrong(lambda z, f, b: z / (f * b), "the depth comes in twice: once it makes the disparity small, once it is what changes."),
                 Wrong(lambda z, f, b: b * f / z, "that is the disparity at z_mm. Take a pixel from it, and ask for the depth again."),
@@ -234,7 +236,7 @@ def _one_pixel(tries):
                 lambda z, f, b: z**2 / (f * b),
                 lambda z, f, b: b * f / (b * f / z - 0.5) - b * f / (b * f / z + 0.5),
             ),
-            relative=0.12,
+            relative=0.01,
         ),
         hints=(
             "Which disparity does a ball at z_mm have? Eq. 3 says it, turned round: d = B·f/Z.",

@@ -307,7 +307,11 @@ def _help():
                 ("(the )?screenshots?", "a screenshot of the message"), ("(the )?(wrong )?numbers", "the numbers that come out wrong"),
                 ("(my |your )?best pair|one pair", "your best pair of pictures"), ("^((what )?the doctor( says|'s words)?|(the )?report|check(\\.html)?)$", "the doctor's words alone"),
                 ("^(the )?(whole )?(folder|recording)( alone)?$", "the recording alone"),
-                ("(the )?(whole )?(folder|recording) and (the )?(doctor|report|findings)", "the recording and what the doctor says"),
+                (
+                    "^(the )?(whole )?(folder|recording),?( and)? (the )?(what the )?(doctor|report|findings|check(\\.html)?)( says|'s words)?$"
+                    "|^(the )?(doctor|report|findings|check(\\.html)?)( says|'s words)?,?( and)? (the )?(whole )?(folder|recording)$",
+                    "the recording and what the doctor says",
+                ),
             ),
             beside=(
                 ("(all|everything|anything|as much).*", "whoever gets everything must search it. Which two things hold all that the kit saw, and what it thinks of it?"),

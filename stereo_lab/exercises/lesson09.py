@@ -9,6 +9,9 @@ from stereo_lab.exercises.answers import Choice, Function, Wrong
 from stereo_lab.exercises.question import Question, lesson
 from stereo_lab.recording import Recording
 
+# Another day and nothing else that is new
+DAY_ALONE = r"^(on )?(the |a )?((next|another|other|new|different) (day|morning|week)|tomorrow|later|day later)$"
+
 
 def questions(recording: Recording) -> tuple[Question, ...]:
     """Eight questions, the same on any recording; see :mod:`stereo_lab.exercises`."""
@@ -247,14 +250,15 @@ def _judged_on():
             ),
             "what is to be new there must be new in the test.",
             same=(
-                (r".*the same room", "the room stays"),  # whatever the day: no answer that is meant
+                (r".*the same room", "the room stays"),
+                (DAY_ALONE, "tomorrow"),  # whatever the day: no answer that is meant
                 ("(a |an)?(other|different|new) (room|place)( (and|on) (a |an)?(other|different|new) day)?", "another day in another room"),
                 ("(the )?twenty|(the )?training frames", "the same twenty"), ("(the )?(frames )?just after( them)?", "the frames just after them"),
                 ("(the )?last (ten )?seconds", "the last ten seconds of the film"),
             ),
             beside=(
                 (r"(on |in )?(a |an)?(other|different|new|next|the next)? ?(day|time|film),? (but )?(in |and )?the same room", "better than the same film: the light may be another one. But the room stays, and you want to believe the score in another room."),
-                (r"(on )?(the next day|tomorrow|later|a day later)", "a day alone changes the light. What changes the things round the ball?"),
+                (DAY_ALONE, "a day alone changes the light. What changes the things round the ball?"),
                 (r"all|all of them|every(thing)?|(the )?whole film|(the )?film|all frames( of the film)?|every frame", "the film has the twenty in it, and its other frames show the same room. What is to be new?"),
                 (r"clutter_?test|clutter", "that is a room of the renderer's, with its own ball. For your ball you film again: where, and when?"),
             ),
@@ -279,6 +283,7 @@ def _rule_of_three():
             (
                 Wrong(lambda n: 1 - 0.05 ** (1 / n), "that is the share. In percent it is a hundred times as much."),
                 Wrong(lambda n: 100 * (1 - 0.95 ** (1 / n)), "so rare that none shows 95 times of 100. How frequent may it be so that none shows 5 times of 100?"),
+                Wrong(lambda n: 100 * (1 - 0.05**1 / n), "brackets are missing round 1 / n: ** comes before /."),
                 Wrong(lambda n: 100 * 0.05 ** (1 / n), "that is 1 − q, the share of pictures that are rightly left empty. q is asked for."),
                 Wrong(lambda n: 100 * 0.95**n, "that is how often none of n shows when each shows with 5 %. Asked for is q, not how often."),
                 Wrong(lambda n: 100 * (1 - 0.95**n), "that is how often at least one of n shows when each shows with 5 %. Asked for is q, not how often."),
@@ -303,6 +308,7 @@ def _rule_of_three():
             "10 % for 30 pictures. For one in a thousand you need three thousand.",
             also=(
                 lambda n: 100 * (1 - 0.05 ** (1 / n)),
+                lambda n: 100 * (1 - np.exp(-3 / n)),
                 lambda n: -100 * np.log(0.05) / n,
                 lambda n: 100 * (1 - 0.025 ** (1 / n)),
                 lambda n: 100 * (1 - 0.05 ** (1 / (n + 1))),
@@ -340,7 +346,7 @@ def _fooled():
             beside=(
                 ("(the )?(light|lighting|lamp|brightness|sun)", "that is what changes. Which piece of evidence looks at light and dark on the ball?"),
                 ("(the )?(colou?r|redness|red)", "it is as red as before. Which piece of evidence looks at light and dark on the ball?"),
-                ("ends|astray|within", "its edge and its outline are as before. Which piece of evidence looks at light and dark on the ball?"),
+                ("ends|astray|within|beyond|unsure|(longest )?arc", "its edge and its outline are as before. Which piece of evidence looks at light and dark on the ball?"),
                 ("none|nothing", "it looks as flat as a printed disc, and in the pictures it learned from balls never did. Which piece saw that?"),
                 ("all( of them)?|everything", "most stay: edge, outline and colour are as before. Which one piece is gone?"),
             ),

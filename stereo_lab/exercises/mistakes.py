@@ -12,7 +12,7 @@ import numpy as np
 
 from stereo_lab.exercises.hanging import as_if, how_it_moves, what_it_hangs_on
 from stereo_lab.exercises.near_misses import FACTORS
-from stereo_lab.exercises.slips import rounded_number, slip_in, strange_number
+from stereo_lab.exercises.slips import do_alike, rounded_number, slip_in, strange_number
 from stereo_lab.exercises.trying import EXACT, NEAR, is_as, near, numbers_of
 from stereo_lab.exercises.wording import say
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from stereo_lab.exercises.function import Function
 
 ENDLESS = 1e12  # so many times what is right: rounding errors stand below the line, in the place of zero
+BELOW_ZERO = "a root or a logarithm is taken of a number below zero: look at the signs, and at what comes first."
 ROOT_BELOW_ZERO = "your result is the root of a number below zero: look at the signs, and what is squared first."
 
 
@@ -46,23 +47,27 @@ def of_a_function(function: Callable, kind: Function, outputs: Sequence[Any]) ->
         count, asked = next((g.size, w.size) for g, w in zip(given, wanted, strict=True) if g.size != w.size)
         sum_or_mean = " Is a sum or a mean missing?" if asked == 1 and count > 3 else ""
         comma = f" {asked} numbers stand with a comma between them." if count == 1 < asked <= 3 else ""
+        if count == 1 < asked and isinstance(right(*inputs[0]), np.ndarray):
+            comma = " Is a sum or a mean taken that is not asked for?"
         return f"it gives {_count(count)}, and {_asked(asked)} asked for.{sum_or_mean}{comma}"
     given, wanted = [g.ravel() for g in given], [w.ravel().astype(float) for w in wanted]
     if any(np.isnan(g).any() for g in given):
-        return slip() or ROOT_BELOW_ZERO
+        return slip() or BELOW_ZERO
     if any((np.abs(g) > ENDLESS * (1 + np.abs(w).max())).any() for g, w in zip(given, wanted, strict=True)):
         return f"your result has no bounds: {endless or 'something below a line is zero, or nearly.'}"
     if all(near(g, w, EXACT) for g, w in zip(given, wanted, strict=True)):
         return ""  # but for the brackets
-    told = rounded_number(function, right, inputs) or _relation(given, wanted, max(room, NEAR))
+    few = {w.size for w in wanted} <= {wanted[0].size} and wanted[0].size <= 3
+    told = rounded_number(function, right, inputs) or _rounds(function, right, inputs, given, wanted)
+    told = told or _relation(given, wanted, max(room, NEAR))
     told = told or _arguments(function, right, inputs, given, names)
     told = told or slip(1)
     names = ["" if name in held else name for name in names]
     told = told or as_if(right, inputs, given, names, parts)
-    if wanted[0].size <= 3:
+    if few:
         told = told or _of_one(what_it_hangs_on, function, right, inputs, given, wanted, names, parts, room)
     told = told or slip()
-    if wanted[0].size <= 3:
+    if few:
         told = told or _of_one(how_it_moves, function, right, inputs, given, wanted, names, parts, room)
     return told or _constant(given, wanted)
 
@@ -95,16 +100,25 @@ def _of_one(say_of, function, right, inputs, given, wanted, names, parts, room):
     return f"the {('first', 'second', 'third')[k]} number: {alone}{told}"
 
 
+def _rounds(function, right, inputs, given, wanted):
+    """Whether decimals are rounded or cut off: in the tries, where it may be by chance, and elsewhere."""
+    value, whole = np.concatenate(given), np.concatenate(wanted)
+    if np.array_equal(value, whole):
+        return ""
+    ways = [lambda x, digits=digits: np.round(x, digits) for digits in range(4)]
+    for way in (*ways, np.floor, np.trunc):
+        changed = lambda *arguments, way=way: way(np.asarray(right(*arguments), float))
+        if np.allclose(value, way(whole), rtol=0, atol=1e-9) and do_alike(function, changed, inputs):
+            cut = "the decimals are cut off: // and int do that. Divide by a single /."
+            return "you round. Give the number with all its decimals." if way in ways else cut
+    return ""
+
+
 def _relation(given, wanted, room):
     """A relation that holds between all given numbers and those that are wanted."""
     value, right = np.concatenate(given), np.concatenate(wanted)
     if np.array_equal(value, right):
         return ""  # but for the brackets
-    for digits in range(4):
-        if np.allclose(value, np.round(right, digits), rtol=0, atol=1e-9):
-            return "you round. Give the number with all its decimals."
-    if np.array_equal(value, np.floor(right)) or np.array_equal(value, np.trunc(right)):
-        return "the decimals are cut off: // and int do that. Divide by a single /."
     if near(value, -right):
         return "the sign is turned."
     if (right < 0).any() and near(value, np.abs(right)):

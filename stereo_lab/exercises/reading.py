@@ -138,11 +138,12 @@ def _converted(number, text, unit):
         return [number]
     told = re.sub(r"\s*/\s*", " per ", NUMBER.sub("", text)).strip()
     if " per " in told or " per " in unit:
-        names = [UNITS.get(word, (word,))[0] for word in told.split()]
-        other_rate = " per " in told and names != unit.split()
+        above, _, below = ([UNITS.get(word, (word, 1)) for word in part.split()] for part in told.partition(" per "))
+        other_rate = " per " in told and [name for name, _ in (*above, ("per", 1), *below)] != unit.split()
         a_speed = re.search(r" per (s|second)$", told)
         another = other_rate if " per " in unit else a_speed
-        return f"{unit} is asked for, this is {told}." if another else [number]
+        scale = above[0][1] / below[0][1] if " per " in told and " per " in unit and not another else 1
+        return f"{unit} is asked for, this is {told}." if another else [number * scale]
     measures, scale = next((UNITS[word] for word in re.findall(r"[a-z]+|[°%]", told) if word in UNITS), (unit, 1))
     if measures == unit:
         return [number * scale]

@@ -78,13 +78,15 @@ SAID = (
 )  # fmt: skip
 
 
-def in_plain_words(error: BaseException) -> str:
-    """What to say of an error that a learner's function stopped with."""
+def in_plain_words(error: BaseException, arrays: bool = False) -> str:
+    """What to say of an error that a learner's function stopped with, which works on arrays or on single numbers."""
     told, plain = error_in_words(error), meaning_of(error)
     if isinstance(error, NameError) and not plain:
         name = str(getattr(error, "name", ""))
         if name.startswith("arc"):
             plain = f"in math its name is {name.replace('arc', 'a')}, in numpy np.{name}."
+        elif arrays and hasattr(np, name):
+            plain = f"{name} is not imported here: write np.{name}."
         elif hasattr(math, name):
             plain = f"{name} is not imported here: write math.{name}, and import math above your function."
         else:
