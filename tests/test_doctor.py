@@ -13,7 +13,7 @@ from conftest import slow_after_first
 from stereo_lab import cli
 from stereo_lab.doctor import FAULTS, admit, check_recording, healthy, spoil
 from stereo_lab.doctor.boards import Boards
-from stereo_lab.doctor.findings import COSTS, NOTE, STOPS, Checkup, Finding, in_order
+from stereo_lab.doctor.findings import COSTS, NOTE, STOPS, Checkup, Finding, in_order, severity_of
 from stereo_lab.doctor.numbers import likeliest_table, place, slip_of
 from stereo_lab.doctor.pairing import mend_pairs
 from stereo_lab.errors import RecordingError
@@ -221,7 +221,7 @@ def test_a_good_table_is_taken_as_it_is(seed):
         ("unit", "centimetres", lambda t: t / 10),
         ("unit", "inches", lambda t: (t / 25.4).round(2)),
         ("unit_of_column", "depth in centimetres", lambda t: t / [1, 1, 10]),
-        ("plane", "", lambda t: t + np.outer(np.array(SETS) == "depth", [0, 0, 30])),
+        ("origin", "depth", lambda t: t + np.outer(np.array(SETS) == "depth", [0, 0, 30])),
         ("scale", "", lambda t: t * 1.03),
     ],
 )
@@ -386,3 +386,100 @@ def test_each_seat_has_a_slip_of_its_own(seat, tmp_path):
     assert files == (well.slipped,)
     near = [number for number in _with_a_digit(f"{well.typed_mm:.0f}") if abs(number - about) < 8]
     assert near == [well.depth_mm]
+
+
+# Tables of which one set is wrong, tables that fit nowhere, cameras that moved after the boards
+
+
+def of_one_set(name, change):
+    """A change of the lines of one set alone."""
+    return lambda table: np.where((np.array(SETS) == name)[:, None], change(table), table)
+
+
+@pytest.mark.parametrize("set_name", ["position", "depth"])
+@pytest.mark.parametrize(
+    ("name", "what", "spoilt"),
+    [
+        ("columns", "y, x, depth", lambda t: t[:, [1, 0, 2]]),
+        ("sign", "y", lambda t: t * [1, -1, 1]),
+        ("unit", "centimetres", lambda t: t / 10),
+        ("unit_of_column", "depth in centimetres", lambda t: t / [1, 1, 10]),
+        ("origin", "depth", lambda t: t + [0, 0, 30]),
+        ("origin", "y", lambda t: t + [0, 150, 0]),
+    ],
+)
+def test_a_mistake_in_the_table_of_one_set(set_name, name, what, spoilt):
+    points, table, deep = measured(5)
+    best = likeliest_table(points, of_one_set(set_name, spoilt)(table), deep, SETS)
+    assert best.name == name and best.what.startswith(what)
+    if name == "origin":  # which of the two is right cannot be known, but by how much they differ
+        assert abs(float(best.what.split()[1])) == pytest.approx(30 if what == "depth" else 150, abs=2)
+    else:
+        assert best.set_name == set_name and best.placed.off.max() < 12
+
+
+@pytest.mark.parametrize(
+    ("what", "spoilt"),
+    [("y, −x, depth", lambda t: t[:, [1, 0, 2]] * [-1, 1, 1]), ("x and depth", lambda t: t * [-1, 1, -1])],
+)
+def test_a_table_that_is_turned_as_a_whole_is_not_taken_as_it_is(what, spoilt):
+    points, table, deep = measured(6)
+    assert likeliest_table(points, spoilt(table), deep, SETS).what == what
+
+
+def rewrite(recording, set_name, change):
+    """Change the numbers of one table of a copy."""
+    path = recording.path / set_name / "measured.csv"
+    lines = path.read_text().splitlines()
+    rows = [line.split(",") for line in lines[1:]]
+    numbers = change(np.array([row[1:4] for row in rows], float))
+    new = [",".join([row[0], *(f"{n:g}" for n in line), *row[4:]]) for row, line in zip(rows, numbers, strict=True)]
+    path.write_text("\n".join([lines[0], *new]) + "\n")
+
+
+def test_what_is_said_of_one_table_names_it_alone(third_rig, tmp_path):
+    spoilt = spoil(third_rig, tmp_path / "cm", [])
+    rewrite(spoilt, "position", lambda t: t / 10)
+    (finding,) = check_recording(spoilt).findings
+    assert finding.name == "unit" and "of the set position fit when they are read as centimetres" in finding.says
+    assert {file.split("/")[0] for file in finding.files} == {"position"}
+    spoilt = spoil(third_rig, tmp_path / "plane", [])
+    rewrite(spoilt, "depth", lambda t: t + [0, 0, 30])  # too large: its plane lies farther from the balls
+    says = check_recording(spoilt).findings[0].says
+    assert ("that of depth lies 30 mm farther" in says) or ("that of position lies 30 mm nearer" in says), says
+
+
+def test_a_table_that_fits_nowhere_stops(third_rig, tmp_path):
+    rng = np.random.default_rng(4)
+    spoilt = spoil(third_rig, tmp_path / "nowhere", [])
+    for name in ("position", "depth"):
+        rewrite(spoilt, name, lambda t: rng.uniform((-300, 0, 500), (300, 400, 1500), t.shape).round())
+    checkup = check_recording(spoilt)
+    assert [f.name for f in checkup.findings] == ["table_unfit"] and checkup.verdict == "wanting"
+    spoilt = spoil(third_rig, tmp_path / "shifted", [])
+    rewrite(spoilt, "position", lambda t: np.roll(t, 1, axis=0))
+    finding = check_recording(spoilt).findings[0]
+    assert finding.name == "table_unfit" and finding.severity == STOPS and "of the set position" in finding.says
+
+
+@pytest.mark.parametrize(("axis", "degrees"), [(1, 0.5), (0, 0.6)], ids=["sideways", "up"])
+def test_a_camera_that_moved_between_the_boards_and_the_balls(third_rig, tmp_path, axis, degrees):
+    """The right camera's pictures of the balls, turned as its camera was."""
+    spoilt = spoil(third_rig, tmp_path / "moved", [])
+    matrix = np.array(third_rig.truth["cameras"]["right"]["matrix"])
+    turn = matrix @ turned(np.eye(3)[axis] * degrees) @ np.linalg.inv(matrix)
+    for name in ("position", "depth"):
+        for file in (spoilt.path / name / "right").iterdir():
+            image = cv2.imread(str(file))
+            moved = cv2.warpPerspective(image, turn, image.shape[1::-1], borderMode=cv2.BORDER_REPLICATE)
+            cv2.imwrite(str(file), moved, [cv2.IMWRITE_JPEG_QUALITY, 97])
+    finding = check_recording(spoilt).findings[0]
+    assert finding.name == "camera_moved" and "between the boards and the balls" in finding.says
+    if axis == 1:
+        assert float(finding.says.split("sideways by ")[1].split("°")[0]) == pytest.approx(degrees, abs=0.05)
+
+
+def test_what_is_endless_is_told_as_unknown():
+    finding = Finding("camera_moved", "It moved.", "Fix it.", does_mm=float("inf"))
+    assert severity_of(float("inf"), float("inf")) == STOPS and finding.facts()["does_mm"] is None
+    assert json.dumps(Checkup((finding,), float("inf"), 1000.0).facts(), allow_nan=False)

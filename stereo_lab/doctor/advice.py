@@ -47,6 +47,8 @@ ADVICE = {
     "sign": "x grows to the right and y upwards, as the cameras see it: turn the sign of this column round.",
     "unit": "Write measured.csv in millimetres.",
     "plane": "Measure depth from the left camera's plane in all sets.",
+    "origin": "Measure x, and y, from one and the same point in all sets.",
+    "table_unfit": "Look whether each line stands beside its own picture and in its own set, or measure the places again.",
     "typing_slip": "Measure this place again and correct its line.",
     "sample_off": "Measure this place again, and look whether the picture shows the ball there.",
 }

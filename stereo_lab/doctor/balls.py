@@ -28,12 +28,14 @@ class Sighting:
     name : str, "position/003"
     sample : Sample
     left, right : Detection or None
+    rows_px : float or None, how much lower the right picture shows a ball than the left one, where that is why they are not one
     """
 
     name: str
     sample: Sample
     left: Detection | None
     right: Detection | None
+    rows_px: float | None = None
 
     @property
     def seen(self) -> bool:
@@ -73,9 +75,11 @@ def look_for_balls(
         left, right = (detector.detect(image) for detector, image in zip(detectors, images, strict=True))
         if not _one_ball(calibration, left, right):
             left, right = find_pair(calibration, detectors, ball.diameter_mm, *images) or (left, right)
+        rows_px = None
         if left is not None and right is not None and not _one_ball(calibration, left, right):
+            rows_px = _rows_px(calibration, left, right)
             left, right = None, None
-        sightings.append(Sighting(name, sample, left, right))
+        sightings.append(Sighting(name, sample, left, right, rows_px))
         if progress:
             progress(done, len(samples))
     return sightings
@@ -90,14 +94,22 @@ def _one_ball(calibration, left, right):
     """Whether both cameras see a ball, on the same row."""
     if left is None or right is None:
         return False
+    return abs(_rows_px(calibration, left, right)) < ROW_PX
+
+
+def _rows_px(calibration, left, right):
     one, other = calibration.rectify_centers(left, right)
-    return abs(one[1] - other[1]) < ROW_PX
+    return other[1] - one[1]
 
 
-def places(sightings: Sequence[Sighting], calibration: StereoCalibration) -> np.ndarray:
-    """Where the cameras put the balls that both see, shape (N, 3), mm, in the rectified left frame."""
+def places(sightings: Sequence[Sighting], calibration: StereoCalibration, aside_px: float = 0.0) -> np.ndarray:
+    """Where the cameras put the balls that both see, shape (N, 3), mm, in the rectified left frame.
+
+    ``aside_px``: so far to the right they are taken to lie in the right picture, as if its camera had been turned.
+    """
     left, right = ([getattr(s, side).center_px for s in sightings] for side in ("left", "right"))
-    return calibration.triangulate(calibration.rectify_points(left, "left"), calibration.rectify_points(right, "right"))
+    moved = calibration.rectify_points(right, "right") + [aside_px, 0.0]
+    return calibration.triangulate(calibration.rectify_points(left, "left"), moved)
 
 
 def size_of_ball(

@@ -58,7 +58,7 @@ class Finding:
 
     def facts(self) -> dict[str, Any]:
         """What ``stereo-lab check --json`` tells of it."""
-        does = None if self.does_mm is None else round(self.does_mm, 2)
+        does = _told(self.does_mm)
         return {
             "name": self.name, "severity": self.severity, "files": list(self.files), "says": self.says, "does_mm": does,
             "try": self.advice,
@@ -105,9 +105,14 @@ class Checkup:
             "findings": [finding.facts() for finding in self.findings],
             "verdict": self.verdict,
             "says": self.says,
-            "clean_mm": None if self.clean_mm is None else round(self.clean_mm, 2),
+            "clean_mm": _told(self.clean_mm),
             "depth_mm": self.depth_mm,
         }
+
+
+def _told(mm):
+    """As JSON can tell it: what is endless or unknown is none."""
+    return None if mm is None or not math.isfinite(mm) else round(mm, 2)
 
 
 def in_order(findings: Sequence[Finding]) -> tuple[Finding, ...]:
@@ -117,6 +122,6 @@ def in_order(findings: Sequence[Finding]) -> tuple[Finding, ...]:
 
 def severity_of(does_mm: float | None, clean_mm: float | None) -> str:
     """A fault where it does more than :data:`SHARE` of the error that a clean recording has; else a note."""
-    if does_mm is None:
+    if does_mm is None or not math.isfinite(does_mm):
         return STOPS
     return COSTS if does_mm > SHARE * (clean_mm or 0) else NOTE

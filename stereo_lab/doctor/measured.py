@@ -14,11 +14,14 @@ from stereo_lab.doctor.cameras import Cameras
 from stereo_lab.doctor.findings import NOTE, STOPS, Evidence, Finding
 from stereo_lab.doctor.known import CENTER_PX, MOST
 from stereo_lab.doctor.numbers import AXES, RULER_MM, UNITS, likeliest_table, place, slip_of
+from stereo_lab.doctor.since import moved_up_or_down, turned_since
 from stereo_lab.localization.matching import SIZE
 from stereo_lab.position import kabsch
 from stereo_lab.recording import Recording, Sample
 
 SETS = "position", "depth"
+OFF = "distance of the measured place from the one that the cameras tell, mm"
+UNFIT = 1.5  # in lines' worth a line: half of what they cost if none of them fitted
 FEWEST = 5  # balls from which a table can be judged
 LOST_PART = 0.2  # of the balls; fewer are a note
 FAR_OFF = 4.0  # robust sigmas of all lines, beyond which a line is wrong; three times the ruler at least
@@ -97,6 +100,8 @@ def _lost(sightings: Sequence[Sighting], recording: Recording) -> list[Finding]:
     if not lost:
         return []
     files, share = tuple(s.name for s in lost), len(lost) / len(sightings)
+    if moved := moved_up_or_down(sightings):
+        return [moved]
     name, why = why_lost(lost, recording.ball if share > LOST_PART else None)
     severity = "stops" if len(sightings) - len(lost) < 3 else "costs" if share > LOST_PART else "note"
     says = f"The ball was lost in {len(lost)} of {len(sightings)} measured pairs. {why}"
@@ -109,16 +114,23 @@ def _lost(sightings: Sequence[Sighting], recording: Recording) -> list[Finding]:
 def _numbers(recording, calibration, seen, points, deep, clean, findings, swapped):
     table = np.array([[m.x_mm, m.y_mm, m.depth_mm] for m in (s.sample.measured for s in seen)])
     sets = [s.name.split("/")[0] for s in seen]
-    mirror, points = _seen_how(points, table, deep) if swapped else ("", points)
+    mirror, points = _seen_how(points, table, deep, sets) if swapped else ("", points)
     best = likeliest_table(points, table, deep, sets)
     size, size_sigma = size_of_ball(seen, points, calibration)
     by_ball = recording.ball.diameter_mm / size
     best = _squares_or_table(best, by_ball, points, table, deep)
-    by_ruler, sigma = _scale(points, best, deep)
+    if best.name == "scale" and (since := turned_since(best, seen, calibration, table, deep)):
+        points, best, finding = since
+        findings = [*findings, finding]
+        size, size_sigma = size_of_ball(seen, points, calibration)
+        by_ball = recording.ball.diameter_mm / size
+    by_ruler, sigma = _scale(points, best, deep, clean / 2 / calibration.depth_mm)
     findings += _scales(recording, calibration, by_ball, size_sigma / size, by_ruler, sigma, best)
     scale = by_ruler if any(f.name in ("square_scale", "square_unit") for f in findings) else None
+    if best.placed.cost > UNFIT * len(table) and np.percentile(best.placed.off, 75) > max(3 * RULER_MM, clean):
+        return Told([*findings, _unfit(best, seen)], mirror, scale)
     if best.name not in ("as_is", "scale"):
-        findings.append(_whole_table(best, points, table, seen))
+        findings.append(_whole_table(best, table, seen))
     findings += _lines(best, seen, table, points, deep)
     return Told(findings, mirror, scale)
 
@@ -135,16 +147,23 @@ def _squares_or_table(best, by_ball, points, table, deep):
     return best
 
 
-def _seen_how(points, table, deep):
-    """Cameras that seem exchanged may both show mirror images, or both stand on their heads: then places are turned so too."""
+def _seen_how(points, table, deep, sets):
+    """Cameras that seem exchanged may both show mirror images, or both stand on their heads: then places are turned so too.
+
+    Unless they are exchanged and nothing else, and a mistake in the table explains it as well.
+    """
     ways = {"": [1, 1, 1], "both_mirrored": [-1, 1, 1], "both_upside_down": [-1, -1, 1]}
     costs = {name: place(points * turn, table, deep).cost for name, turn in ways.items()}
     likeliest = min(costs, key=lambda name: costs[name])
+    best = likeliest_table(points, table, deep, sets)
+    looks_like_it = best.name == "sign" and not best.set_name and best.what in ("x", "x and y")
+    if best.placed.cost < costs[likeliest] + 1 and not looks_like_it:
+        likeliest = ""
     return likeliest, points * ways[likeliest]
 
 
-def _scale(points, best, deep):
-    """How many times larger the measured places are than the told ones, and its standard deviation."""
+def _scale(points, best, deep, known):
+    """How many times larger the measured places are than the told ones, and its standard deviation: depths are known to a part."""
     near = best.placed.off < 3 * RULER_MM
     if near.sum() < 4:
         return best.placed.scale, np.inf
@@ -155,7 +174,7 @@ def _scale(points, best, deep):
     spread = ((turned * weight) ** 2).sum()
     scale = ((wanted * turned) * weight**2).sum() / spread
     rest = np.sqrt((((wanted - scale * turned) * weight) ** 2).sum() / max(3 * near.sum() - 7, 1))
-    return float(scale), float(np.hypot(max(rest, 0.4) / np.sqrt(spread), RULER_SCALE))
+    return float(scale), float(np.linalg.norm([max(rest, 0.4) / np.sqrt(spread), RULER_SCALE, known]))
 
 
 def _scales(recording, calibration, by_ball, ball_sigma, by_ruler, sigma, best):
@@ -191,22 +210,52 @@ def _scales(recording, calibration, by_ball, ball_sigma, by_ruler, sigma, best):
     return []
 
 
-def _whole_table(best, points, table, seen):
-    """A mistake of the whole table."""
+def _unfit(best, seen):
+    """A table, or that of one set, that fits nowhere, whichever mistake is undone."""
+    off = best.placed.off
+    wrong = [k for k in range(len(seen)) if off[k] > 3 * RULER_MM]
+    sets = {seen[k].name.split("/")[0] for k in wrong}
+    whose = f" of the set {sets.pop()}" if len(sets) == 1 else ""
+    says = (
+        f"{len(wrong)} measured places{whose} do not fit what the cameras see, however they are turned: half of these are off by "
+        f"{np.median(off[wrong]):.0f} mm or more, and no single mistake explains it."
+    )
+    files = tuple(seen[k].name for k in wrong)
+    values = tuple((s.name, round(float(o), 1)) for s, o in zip(seen, off, strict=True))
+    return Finding("table_unfit", says, ADVICE["table_unfit"], files, None, STOPS, Evidence(OFF, values, files))
+
+
+def _whole_table(best, table, seen):
+    """A mistake of the whole table, or of that of one set."""
+    whose = f" of the set {best.set_name}" if best.set_name else ""
+    files = tuple(s.name for s in seen if not best.set_name or s.name.startswith(f"{best.set_name}/"))
     says = {
-        "columns": f"The measured columns fit when they are read as {best.what}.",
-        "sign": f"The measured numbers fit when the sign of {best.what} is turned round.",
-        "unit": f"The measured numbers fit when they are read as {best.what}.",
-        "unit_of_column": f"The measured numbers fit when {best.what.replace(' in ', ' is read as ')}.",
+        "columns": f"The measured columns{whose} fit when they are read as {best.what}.",
+        "sign": f"The measured numbers{whose} fit when the sign of {best.what} is turned round.",
+        "unit": f"The measured numbers{whose} fit when they are read as {best.what}.",
+        "unit_of_column": f"The measured numbers{whose} fit when {best.what.replace(' in ', ' is read as ')}.",
     }
-    if best.name == "plane":
-        set_name, by = best.what.split()
-        text = f"Depths of the set {set_name} were measured from a plane that is {abs(float(by)):.0f} mm {'nearer to' if float(by) < 0 else 'farther from'} the balls."
-        files = tuple(s.name for s in seen if s.name.startswith(set_name))
-        return Finding("plane", text, ADVICE["plane"], files, abs(float(by)))
+    if best.name == "origin":
+        return _another_origin(best, files, next(s.name for s in seen if s.name not in files).split("/")[0])
     name = {"columns": "columns_exchanged", "sign": "sign", "unit": "unit", "unit_of_column": "unit"}[best.name]
     does = float(np.percentile(np.linalg.norm(best.table - table, axis=1), MOST))
-    return Finding(name, says[best.name], ADVICE[name], tuple(s.name for s in seen), does)
+    return Finding(name, says[best.name], ADVICE[name], files, does)
+
+
+def _another_origin(best, files, other):
+    """Two sets of which one column was not measured from the same place; which of the two is right cannot be known."""
+    axis, by = best.what.split()[0], float(best.what.split()[1])
+    name, where = ("plane", "one plane") if axis == "depth" else ("origin", "one point")
+    lies = {
+        "x": ("to the left", "to the right"),
+        "y": ("lower", "higher"),
+        "depth": ("farther from the balls", "nearer to the balls"),
+    }
+    says = (
+        f"The sets {best.set_name} and {other} do not measure {axis} from {where}: that of {best.set_name} lies {abs(by):.0f} mm "
+        f"{lies[axis][by > 0]}."
+    )
+    return Finding(name, says, ADVICE[name], files, abs(by))
 
 
 def _lines(best, seen, table, points, deep):
@@ -214,11 +263,6 @@ def _lines(best, seen, table, points, deep):
     off, told = best.placed.off, best.placed.told
     limit = max(3 * RULER_MM, FAR_OFF * 1.4826 * float(np.median(off)))
     wrong = np.flatnonzero(off > limit)
-    if len(wrong) > len(seen) / 2:
-        says = f"{len(wrong)} of {len(seen)} measured places do not fit what the cameras see, by {np.median(off):.0f} mm on average."
-        return [
-            Finding("sample_off", says, ADVICE["sample_off"], tuple(seen[k].name for k in wrong), float(np.median(off)))
-        ]
     values = tuple((s.name, round(float(o), 1)) for s, o in zip(seen, off, strict=True))
     marked = tuple(seen[k].name for k in wrong)
     findings = []
@@ -229,11 +273,14 @@ def _lines(best, seen, table, points, deep):
         )
         away = np.abs(best.table[k] - told[k])
         axis = int(np.argmax(away * weight))
-        says = f"{seen[k].name} does not fit by {away[axis]:.0f} mm in {AXES[axis]}: "
+        after = (
+            "" if np.array_equal(best.table[k], table[k]) else ", with that mended,"
+        )  # its numbers are the mended ones
+        says = f"{seen[k].name}{after} does not fit by {away[axis]:.0f} mm in {AXES[axis]}: "
         says += f"{why}." if why else f"measured {best.table[k][axis]:.0f}, and the cameras tell {told[k][axis]:.0f}."
         does = _pulls(points, best.table, k)
         name = "typing_slip" if why else "sample_off"
-        seen_by = Evidence("distance of the measured place from the one that the cameras tell, mm", values, marked)
+        seen_by = Evidence(OFF, values, marked)
         findings.append(Finding(name, says, ADVICE[name], (seen[k].name,), does, evidence=seen_by))
     return findings
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,6 +21,9 @@ SEED = 0
 WRONG_WAY_DEG = 60.0  # x is to the right, y up and depth away, about: no bench is turned more than this
 EXPLAINS = 0.05  # of a line's distance may be left where a slip explains it: a far place is told badly by the others
 AGREE = 0.7  # in lines' worth: a table that fits so well is as it should be
+ONE_SET = 0.3  # in lines' worth: a mistake in one of the tables alone is the less simple one
+SHIFTED = 2.0  # a shift fits its own number to the lines, which a sign or a unit cannot
+SIGNS = ((0,), (1,), (2,), (0, 1))  # columns whose sign a hand turns round
 AXES = ("x", "y", "depth")
 UNITS = {"centimetres": 10.0, "inches": 25.4, "metres": 1000.0}
 TO_BENCH = np.diag([1.0, -1.0, -1.0])  # right, down, forward to x right, y up, and less depth
@@ -36,12 +39,14 @@ class Placed:
     told : ndarray, shape (N, 3), x, y and depth as the cameras tell them, mm
     off : ndarray, shape (N,), how far each line is from that, mm; depth counts less where the cameras know it badly
     scale : float
+    turned : bool, whether x would not be to the right, y up and depth away then, not even about
     """
 
     cost: float
     told: np.ndarray
     off: np.ndarray
     scale: float
+    turned: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,16 +55,18 @@ class Mistake:
 
     Attributes
     ----------
-    name : "as_is", "columns", "sign", "unit", "unit_of_column", "plane" or "scale"
-    what : str, in words: the columns, the unit, ...
+    name : "as_is", "columns", "sign", "unit", "unit_of_column", "origin" or "scale"
+    what : str, in words: the columns, the unit, ...; of an origin the column, and by how many mm
     table : ndarray, shape (N, 3), measured x, y and depth without the mistake, mm
     placed : Placed
+    set_name : str, the one set in whose table it is; "" where it is in all
     """
 
     name: str
     what: str
     table: np.ndarray
     placed: Placed
+    set_name: str = ""
 
 
 def place(points: np.ndarray, table: np.ndarray, deep: np.ndarray, free_scale: bool = False) -> Placed:
@@ -90,8 +97,9 @@ def _placed(points, bench, weight, some, free_scale):
     told = scale * points @ rotation.T + shift
     off = np.linalg.norm((told - bench) * weight, axis=1) / np.clip(scale, 1e-6, 1.0)  # in the larger of two units
     away = np.degrees(np.arccos(np.clip((np.trace(rotation @ TO_BENCH.T) - 1) / 2, -1, 1)))
-    cost = 3 * np.minimum(off / RULER_MM / 3, 1).sum() + (0.5 * len(points) if away > WRONG_WAY_DEG else 0)
-    return Placed(float(cost), told * [1, 1, -1], off, float(scale))
+    turned = bool(away > WRONG_WAY_DEG)
+    cost = 3 * np.minimum(off / RULER_MM / 3, 1).sum() + 0.5 * len(points) * turned
+    return Placed(float(cost), told * [1, 1, -1], off, float(scale), turned)
 
 
 def _similar(points, bench, free_scale):
@@ -112,29 +120,42 @@ def likeliest_table(points: np.ndarray, table: np.ndarray, deep: np.ndarray, set
     sets : of each line, the name of the set it stands in
     """
     as_is = Mistake("as_is", "", table, place(points, table, deep))
-    if as_is.placed.cost < AGREE * len(table):
+    if as_is.placed.cost < AGREE * len(table) and not as_is.placed.turned:
         return as_is
-    found = [(as_is.placed.cost, 0, as_is)]
-    for number, (price, name, what, mended) in enumerate(_mistakes(table, np.asarray(sets)), 1):
-        placed = place(points, mended, deep)
-        found.append((placed.cost + price, number, Mistake(name, what, mended, placed)))
-    for set_name in sorted(set(sets)):
-        mended, by = _other_plane(points, table, deep, np.asarray(sets) == set_name)
-        placed = place(points, mended, deep)
-        found.append((placed.cost + 0.5, len(found), Mistake("plane", f"{set_name} {by:.0f}", mended, placed)))
+    found = [(as_is.placed.cost, as_is)]
+    names = sorted(set(sets))
+    of_set = {name: np.asarray(sets) == name for name in names}
+    for price, name, what, mended in _mistakes(table, as_is.placed.turned):
+        found.append(_tried(price, points, deep, Mistake(name, what, mended, as_is.placed)))
+        for set_name in names if len(names) > 1 else ():
+            part = np.where(of_set[set_name][:, None], mended, table)
+            found.append(_tried(price + ONE_SET, points, deep, Mistake(name, what, part, as_is.placed, set_name)))
+    for set_name, inside in of_set.items():
+        for axis in range(3):
+            mended, by = _other_origin(points, table, deep, inside, axis)
+            mistake = Mistake("origin", f"{AXES[axis]} {by:.0f}", mended, as_is.placed, set_name)
+            found.append(_tried(SHIFTED, points, deep, mistake))
     scaled = place(points, table, deep, free_scale=True)
-    found.append((scaled.cost + 0.6, len(found), Mistake("scale", f"{scaled.scale:.4f}", table, scaled)))
-    cost, _, best = min(found, key=lambda f: f[:2])
+    found.append((scaled.cost + 0.6, Mistake("scale", f"{scaled.scale:.4f}", table, scaled)))
+    cost, best = min(found, key=lambda f: f[0])
     return best if cost < as_is.placed.cost - 1 else as_is
 
 
-def _mistakes(table, sets):
+def _tried(price, points, deep, mistake):
+    """What a mistake costs, and it with the places that fit its table."""
+    placed = place(points, mistake.table, deep)
+    return placed.cost + price, replace(mistake, placed=placed)
+
+
+def _mistakes(table, turned):
     """(price, name, in words, the table without it) of every mistake that turns numbers into others."""
-    for order in itertools.permutations(range(3)):
-        if order != (0, 1, 2):
-            yield 0.6, "columns", ", ".join(AXES[k] for k in order), table[:, order]
-    for axes in ((0,), (1,), (2,), (0, 1)):
-        yield 0.4, "sign", " and ".join(AXES[k] for k in axes), table * [-1 if k in axes else 1 for k in range(3)]
+    for order, signs in itertools.product(itertools.permutations(range(3)), itertools.product((1, -1), repeat=3)):
+        exchanged, minus = order != (0, 1, 2), tuple(k for k in range(3) if signs[k] < 0)
+        what = ", ".join(("−" if signs[k] < 0 else "") + AXES[order[k]] for k in range(3))
+        if exchanged and (turned or not minus):  # both at once can only be seen where all is turned
+            yield 0.6 + 0.3 * len(minus), "columns", what, table[:, order] * signs
+        elif minus in SIGNS or minus and turned:
+            yield 0.4, "sign", " and ".join(AXES[k] for k in minus), table * signs
     for unit, factor in UNITS.items():
         yield 0.4, "unit", unit, table * factor
         for axis in range(3):
@@ -146,15 +167,15 @@ def _mistakes(table, sets):
             )
 
 
-def _other_plane(points, table, deep, inside):
-    """The table with the depth of one set shifted so that it fits the others, and by how much, mm."""
+def _other_origin(points, table, deep, inside, axis):
+    """The table with one column of one set shifted so that it fits the others, and by how much, mm."""
     if inside.sum() < 3 or (~inside).sum() < 4:
         return table, 0.0
     others = place(points[~inside], table[~inside], deep[~inside])
     rotation, shift = kabsch(points[~inside], others.told * [1, 1, -1])
     told = (points @ rotation.T + shift) * [1, 1, -1]
-    by = float(np.median((told - table)[inside, 2]))
-    return table + np.where(inside, by, 0.0)[:, None] * [0, 0, 1], by
+    by = float(np.median((told - table)[inside, axis]))
+    return table + np.outer(np.where(inside, by, 0.0), np.arange(3) == axis), by
 
 
 def slip_of(line: np.ndarray, told: np.ndarray, weight: np.ndarray, others: np.ndarray) -> str | None:
