@@ -1,5 +1,6 @@
 """The client of the arm: what it does, and what it says when something is wrong. Every fault of the wire once."""
 
+import json
 import os
 import subprocess
 import sys
@@ -749,6 +750,11 @@ def test_monitor_keeps_what_it_saw_of_an_arm_that_is_lost(tmp_path, capsys):
     assert main(["arm", "virtual://arm?unplugged=0.9", "monitor", "--json", str(path)]) == 2
     assert "is gone" in capsys.readouterr().err
     assert 2 <= len(json.loads(path.read_text())) <= 5
+
+
+def test_what_monitor_saw_of_an_arm_that_is_lost_goes_where_it_is_asked_for(capsys):
+    assert main(["arm", "virtual://arm?unplugged=0.9", "monitor", "--json", "-"]) == 2
+    assert len(json.loads(capsys.readouterr().out)) >= 1
 
 
 @pytest.mark.parametrize("seconds", ["0", "-1", "nan"])

@@ -30,6 +30,7 @@ def run_arm(options: argparse.Namespace) -> int:
         return OK
     if (action == "move") != bool(options.angles) and action != "register":
         raise StereoLabError("Expected two angles after move and none otherwise, as in: arm virtual://arm move 30 45")
+    options.out = sys.stdout
     quiet = contextlib.redirect_stdout(sys.stderr) if options.json == "-" else contextlib.nullcontext()
     with connect(options.url) as arm, quiet:
         facts = ARM_ACTIONS[action](arm, options)
@@ -219,7 +220,8 @@ def _arm_monitor(arm, options):
         with contextlib.suppress(KeyboardInterrupt):  # the way to end it, so no fault: what was seen is kept
             _look_on(arm, options.seconds, rows)
     except ArmError:
-        write_json_option(options.json, rows)  # what was seen before the arm was lost is kept too
+        with contextlib.redirect_stdout(options.out):
+            write_json_option(options.json, rows)  # what was seen before the arm was lost is kept too
         raise
     return rows
 
