@@ -483,3 +483,15 @@ def test_what_is_endless_is_told_as_unknown():
     finding = Finding("camera_moved", "It moved.", "Fix it.", does_mm=float("inf"))
     assert severity_of(float("inf"), float("inf")) == STOPS and finding.facts()["does_mm"] is None
     assert json.dumps(Checkup((finding,), float("inf"), 1000.0).facts(), allow_nan=False)
+
+
+def test_squares_and_tables_in_one_wrong_unit_are_not_the_balls_fault(third_rig, tmp_path):
+    spoilt = spoil(third_rig, tmp_path / "cm", [])
+    for name in ("position", "depth"):
+        rewrite(spoilt, name, lambda t: t / 10)
+    path = spoilt.path / "recording.json"
+    facts = json.loads(path.read_text())
+    facts["board"]["square_mm"] /= 10
+    path.write_text(json.dumps(facts))
+    finding = check_recording(open_recording(spoilt.path)).findings[0]
+    assert finding.name == "square_unit" and "in centimetres, and the measured places as well" in finding.says

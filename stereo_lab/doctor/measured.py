@@ -41,12 +41,10 @@ class Told:
     ----------
     findings : list of Finding
     mirror : str, "both_mirrored" or "both_upside_down" where the places ask for it, else empty
-    scale : float or None, how many times larger the squares are than they were said to be
     """
 
     findings: list[Finding]
     mirror: str = ""
-    scale: float | None = None
 
 
 def check_balls(
@@ -126,13 +124,12 @@ def _numbers(recording, calibration, seen, points, deep, clean, findings, swappe
         by_ball = recording.ball.diameter_mm / size
     by_ruler, sigma = _scale(points, best, deep, clean / 2 / calibration.depth_mm)
     findings += _scales(recording, calibration, by_ball, size_sigma / size, by_ruler, sigma, best)
-    scale = by_ruler if any(f.name in ("square_scale", "square_unit") for f in findings) else None
     if best.placed.cost > UNFIT * len(table) and np.percentile(best.placed.off, 75) > max(3 * RULER_MM, clean):
-        return Told([*findings, _unfit(best, seen)], mirror, scale)
+        return Told([*findings, _unfit(best, seen)], mirror)
     if best.name not in ("as_is", "scale"):
         findings.append(_whole_table(best, table, seen))
     findings += _lines(best, seen, table, points, deep)
-    return Told(findings, mirror, scale)
+    return Told(findings, mirror)
 
 
 def _squares_or_table(best, by_ball, points, table, deep):
@@ -180,11 +177,11 @@ def _scale(points, best, deep, known):
 def _scales(recording, calibration, by_ball, ball_sigma, by_ruler, sigma, best):
     """The squares, the ball or the ruler, where one of them has another scale than the other two."""
     baseline, square = calibration.baseline_mm, recording.board.square_mm
+    is_plausible = PLAUSIBLE_BASELINE_MM[0] < baseline < PLAUSIBLE_BASELINE_MM[1]
     ruler_off = abs(np.log(by_ruler)) > np.log1p(SCALE_SURE * sigma) if np.isfinite(sigma) else best.name == "scale"
     ball_off = abs(np.log(by_ball)) > np.log1p(max(SIZE_SURE * ball_sigma, SIZE_PART))
     if abs(np.log(by_ruler)) > TWICE and ruler_off:
-        low, high = PLAUSIBLE_BASELINE_MM
-        if low < baseline < high and not ball_off:
+        if is_plausible and not ball_off:
             return []  # the ruler's unit: said of the table
         unit = min(UNIT_NAMES, key=lambda factor: abs(np.log(by_ruler / factor)))
         says = (
@@ -201,6 +198,13 @@ def _scales(recording, calibration, by_ball, ball_sigma, by_ruler, sigma, best):
             f"{square * by_ruler:.2f} mm and not {square:g}. {agree}Or the ruler is wrong by as much."
         )
         return [Finding("square_scale", says, ADVICE["square_scale"], (), does)]
+    unit = min(UNIT_NAMES, key=lambda factor: abs(np.log(by_ball / factor)))
+    if ball_off and abs(np.log(by_ball / unit)) < np.log1p(SIZE_PART) and not is_plausible:
+        says = (
+            f"With squares of {square:g} mm the cameras stand {baseline:.3g} mm apart, and the ball looks "
+            f"{recording.ball.diameter_mm / by_ball:.1f} mm wide: square_mm is in {UNIT_NAMES[unit]}, and the measured places as well."
+        )
+        return [Finding("square_unit", says, ADVICE["square_unit"], (), abs(1 - 1 / by_ball) * calibration.depth_mm)]
     if ball_off and np.isfinite(sigma):
         says = f"The ball looks {recording.ball.diameter_mm / by_ball:.1f} mm wide, and recording.json says {recording.ball.diameter_mm:g}."
         lost = abs(by_ball - 1) > SIZE  # then no two balls are taken for one any more

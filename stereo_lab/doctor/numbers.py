@@ -187,7 +187,6 @@ def slip_of(line: np.ndarray, told: np.ndarray, weight: np.ndarray, others: np.n
     weight : ndarray, shape (3,), how much a millimetre of each counts
     others : ndarray, shape (M, 3), other lines that do not fit
     """
-    near = 3 * RULER_MM
     tries = [(np.linalg.norm((line[list(o)] - told) * weight), "its columns are exchanged")
              for o in itertools.permutations(range(3)) if o != (0, 1, 2)]  # fmt: skip
     tries += [(np.linalg.norm((other - told) * weight), "it is another picture's line") for other in others]
@@ -198,7 +197,7 @@ def slip_of(line: np.ndarray, told: np.ndarray, weight: np.ndarray, others: np.n
             off = np.hypot((number - told[axis]) * weight[axis], rest)
             tries.append((off, f"{AXES[axis]} {line[axis]:g} should be about {told[axis]:.0f}: {what}"))
     off, what = min(tries)
-    enough = max(near, EXPLAINS * float(np.linalg.norm((line - told) * weight)))
+    enough = max(RULER_MM, EXPLAINS * float(np.linalg.norm((line - told) * weight)))
     return what if float(off) < enough else None
 
 
