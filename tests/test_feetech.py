@@ -229,7 +229,7 @@ def test_a_garbled_answer_is_asked_for_again(wire):
 
 
 @pytest.mark.parametrize(
-    ("what", "words"), [("silent", "servo 1 does not answer.*go on to their goal"), ("unplugged", "the device is gone")]
+    ("what", "words"), [("silent", "servo 1 does not answer.*goes on to its goal"), ("unplugged", "the device is gone")]
 )
 def test_a_wire_that_is_lost_is_told(wire, what, words):
     with connect("feetech://wire") as arm:

@@ -280,8 +280,8 @@ class SerialLine:
             )
         if self.name.startswith("feetech://"):
             return ArmError(
-                f"{self.name} is gone ({error}). Its servos do not notice: they go on to their goal and hold it. Cut their "
-                "supply if they must not, plug it in again and connect anew."
+                f"{self.name} is gone ({error}). A servo that still hears is switched off, and its joint sinks; one that does not goes "
+                "on to its goal and holds it. Cut the supply if it must not, plug it in again and connect anew."
             )
         return ArmError(
             f"{self.name} is gone ({error}). The arm stops by itself: at its goal, by its watchdog, or because it "
