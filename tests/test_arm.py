@@ -715,8 +715,6 @@ def test_arm_on_the_command_line(words, code, said, capsys):
 
 
 def test_arm_writes_its_numbers_as_json(capsys):
-    import json
-
     assert main(["arm", "virtual://arm", "move", "30", "45", "--json", "-"]) == 0
     assert json.loads(capsys.readouterr().out)["angles_deg"] == pytest.approx([30, 45], abs=0.2)
 
@@ -724,8 +722,6 @@ def test_arm_writes_its_numbers_as_json(capsys):
 @pytest.mark.parametrize("looks", [3, 1200])
 def test_monitor_keeps_what_it_saw_when_it_is_stopped(tmp_path, monkeypatch, capsys, looks):
     """Ctrl-C is how it ends: exit code 0, and every look is in the file."""
-    import json
-
     from stereo_lab.arm import Arm
     from stereo_lab.cli import arm as command
 
@@ -744,8 +740,6 @@ def test_monitor_keeps_what_it_saw_when_it_is_stopped(tmp_path, monkeypatch, cap
 
 
 def test_monitor_keeps_what_it_saw_of_an_arm_that_is_lost(tmp_path, capsys):
-    import json
-
     path = tmp_path / "seen.json"
     assert main(["arm", "virtual://arm?unplugged=0.9", "monitor", "--json", str(path)]) == 2
     assert "is gone" in capsys.readouterr().err

@@ -18,9 +18,10 @@ import yaml
 
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.calibration.saved import ARRAYS, TAKEN_OVER, as_field
-from stereo_lab.common.files import finite_number, read_bytes, write_json, write_whole
+from stereo_lab.common.files import read_bytes, write_json, write_whole
 from stereo_lab.errors import CalibrationError, StereoLabError
 from stereo_lab.recording import Ball, Board, Recording, open_recording
+from stereo_lab.recording.bounds import PICTURE_PX, whole_in
 from stereo_lab.recording.importing import camera_facts, check_new
 
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "inch": 25.4, "m": 1000.0}
@@ -211,7 +212,7 @@ def _one_of(values, names):
 
 def _size(width, height, where):
     try:
-        return int(finite_number(width, f"{where}, image_width")), int(finite_number(height, f"{where}, image_height"))
+        return tuple(whole_in(n, f"{where}, image_{k}", *PICTURE_PX) for k, n in (("width", width), ("height", height)))
     except StereoLabError as error:
         raise CalibrationError(str(error)) from None
 

@@ -20,7 +20,6 @@ from stereo_lab.position import kabsch
 from stereo_lab.recording import Recording, Sample
 
 SETS = "position", "depth"
-OFF = "distance of the measured place from the one that the cameras tell, mm"
 UNFIT = 1.5  # in lines' worth a line: half of what they cost if none of them fitted
 FEWEST = 5  # balls from which a table can be judged
 LOST_PART = 0.2  # of the balls; fewer are a note
@@ -30,6 +29,7 @@ RULER_SCALE = 0.001  # to which a ruler is true
 SIZE_SURE, SIZE_PART = 4.0, 0.08  # a ball's size is told to this part of it: rims are soft
 TWICE = np.log(3)  # a scale beyond three times is another unit
 PLAUSIBLE_BASELINE_MM = 25.0, 500.0
+TURNED = {"": [1, 1, 1], "both_mirrored": [-1, 1, 1], "both_upside_down": [-1, -1, 1]}  # how places are turned by that
 UNIT_NAMES = {10.0: "centimetres", 25.4: "inches", 1000.0: "metres", 0.1: "tenths of a millimetre"}
 
 
@@ -97,9 +97,9 @@ def _lost(sightings: Sequence[Sighting], recording: Recording) -> list[Finding]:
     lost = [s for s in sightings if not s.seen]
     if not lost:
         return []
-    files, share = tuple(s.name for s in lost), len(lost) / len(sightings)
     if moved := moved_up_or_down(sightings):
         return [moved]
+    files, share = tuple(s.name for s in lost), len(lost) / len(sightings)
     name, why = why_lost(lost, recording.ball if share > LOST_PART else None)
     severity = "stops" if len(sightings) - len(lost) < 3 else "costs" if share > LOST_PART else "note"
     says = f"The ball was lost in {len(lost)} of {len(sightings)} measured pairs. {why}"
@@ -112,8 +112,10 @@ def _lost(sightings: Sequence[Sighting], recording: Recording) -> list[Finding]:
 def _numbers(recording, calibration, seen, points, deep, clean, findings, swapped):
     table = np.array([[m.x_mm, m.y_mm, m.depth_mm] for m in (s.sample.measured for s in seen)])
     sets = [s.name.split("/")[0] for s in seen]
-    mirror, points = _seen_how(points, table, deep, sets) if swapped else ("", points)
-    best = likeliest_table(points, table, deep, sets)
+    best, mirror = likeliest_table(points, table, deep, sets), ""
+    if swapped and (mirror := _seen_how(points, table, deep, best)):
+        points = points * TURNED[mirror]
+        best = likeliest_table(points, table, deep, sets)
     size, size_sigma = size_of_ball(seen, points, calibration)
     by_ball = recording.ball.diameter_mm / size
     best = _squares_or_table(best, by_ball, points, table, deep)
@@ -144,19 +146,15 @@ def _squares_or_table(best, by_ball, points, table, deep):
     return best
 
 
-def _seen_how(points, table, deep, sets):
-    """Cameras that seem exchanged may both show mirror images, or both stand on their heads: then places are turned so too.
+def _seen_how(points, table, deep, best):
+    """Cameras that seem exchanged may both show mirror images, or both stand on their heads: which of :data:`TURNED`.
 
-    Unless they are exchanged and nothing else, and a mistake in the table explains it as well.
+    None, "", where they are exchanged and nothing else, and ``best``, a mistake in the table, explains it as well.
     """
-    ways = {"": [1, 1, 1], "both_mirrored": [-1, 1, 1], "both_upside_down": [-1, -1, 1]}
-    costs = {name: place(points * turn, table, deep).cost for name, turn in ways.items()}
+    costs = {name: place(points * turn, table, deep).cost for name, turn in TURNED.items()}
     likeliest = min(costs, key=lambda name: costs[name])
-    best = likeliest_table(points, table, deep, sets)
     looks_like_it = best.name == "sign" and not best.set_name and best.what in ("x", "x and y")
-    if best.placed.cost < costs[likeliest] + 1 and not looks_like_it:
-        likeliest = ""
-    return likeliest, points * ways[likeliest]
+    return likeliest if looks_like_it or best.placed.cost >= costs[likeliest] + 1 else ""
 
 
 def _scale(points, best, deep, known):
@@ -183,7 +181,7 @@ def _scales(recording, calibration, by_ball, ball_sigma, by_ruler, sigma, best):
     if abs(np.log(by_ruler)) > TWICE and ruler_off:
         if is_plausible and not ball_off:
             return []  # the ruler's unit: said of the table
-        unit = min(UNIT_NAMES, key=lambda factor: abs(np.log(by_ruler / factor)))
+        unit = _nearest_unit(by_ruler)
         says = (
             f"With squares of {square:g} mm the cameras stand {baseline:.3g} mm apart, and all measured places are "
             f"{by_ruler:.3g} times as far from each other as the cameras tell: square_mm is in {UNIT_NAMES[unit]}."
@@ -198,7 +196,7 @@ def _scales(recording, calibration, by_ball, ball_sigma, by_ruler, sigma, best):
             f"{square * by_ruler:.2f} mm and not {square:g}. {agree}Or the ruler is wrong by as much."
         )
         return [Finding("square_scale", says, ADVICE["square_scale"], (), does)]
-    unit = min(UNIT_NAMES, key=lambda factor: abs(np.log(by_ball / factor)))
+    unit = _nearest_unit(by_ball)
     if ball_off and abs(np.log(by_ball / unit)) < np.log1p(SIZE_PART) and not is_plausible:
         says = (
             f"With squares of {square:g} mm the cameras stand {baseline:.3g} mm apart, and the ball looks "
@@ -214,6 +212,18 @@ def _scales(recording, calibration, by_ball, ball_sigma, by_ruler, sigma, best):
     return []
 
 
+def _nearest_unit(scale):
+    """Of :data:`UNIT_NAMES` the factor that is nearest to a scale."""
+    return min(UNIT_NAMES, key=lambda factor: abs(np.log(scale / factor)))
+
+
+def _how_far_off(best, seen, wrong):
+    """How far each line is off; ``wrong``: the numbers of those at fault."""
+    values = tuple((s.name, round(float(o), 1)) for s, o in zip(seen, best.placed.off, strict=True))
+    what = "distance of the measured place from the one that the cameras tell, mm"
+    return Evidence(what, values, tuple(seen[k].name for k in wrong))
+
+
 def _unfit(best, seen):
     """A table, or that of one set, that fits nowhere, whichever mistake is undone."""
     off = best.placed.off
@@ -224,9 +234,8 @@ def _unfit(best, seen):
         f"{len(wrong)} measured places{whose} do not fit what the cameras see, however they are turned: half of these are off by "
         f"{np.median(off[wrong]):.0f} mm or more, and no single mistake explains it."
     )
-    files = tuple(seen[k].name for k in wrong)
-    values = tuple((s.name, round(float(o), 1)) for s, o in zip(seen, off, strict=True))
-    return Finding("table_unfit", says, ADVICE["table_unfit"], files, None, STOPS, Evidence(OFF, values, files))
+    seen_by = _how_far_off(best, seen, wrong)
+    return Finding("table_unfit", says, ADVICE["table_unfit"], seen_by.marked, None, STOPS, seen_by)
 
 
 def _whole_table(best, table, seen):
@@ -267,9 +276,7 @@ def _lines(best, seen, table, points, deep):
     off, told = best.placed.off, best.placed.told
     limit = max(3 * RULER_MM, FAR_OFF * 1.4826 * float(np.median(off)))
     wrong = np.flatnonzero(off > limit)
-    values = tuple((s.name, round(float(o), 1)) for s, o in zip(seen, off, strict=True))
-    marked = tuple(seen[k].name for k in wrong)
-    findings = []
+    seen_by, findings = _how_far_off(best, seen, wrong), []
     for k in wrong:
         weight = np.array([1, 1, 1 / deep[k]])
         why = slip_of(
@@ -277,14 +284,12 @@ def _lines(best, seen, table, points, deep):
         )
         away = np.abs(best.table[k] - told[k])
         axis = int(np.argmax(away * weight))
-        after = (
-            "" if np.array_equal(best.table[k], table[k]) else ", with that mended,"
-        )  # its numbers are the mended ones
+        # The numbers that are told then are the mended ones, not those in the file
+        after = "" if np.array_equal(best.table[k], table[k]) else ", with that mended,"
         says = f"{seen[k].name}{after} does not fit by {away[axis]:.0f} mm in {AXES[axis]}: "
         says += f"{why}." if why else f"measured {best.table[k][axis]:.0f}, and the cameras tell {told[k][axis]:.0f}."
         does = _pulls(points, best.table, k)
         name = "typing_slip" if why else "sample_off"
-        seen_by = Evidence(OFF, values, marked)
         findings.append(Finding(name, says, ADVICE[name], (seen[k].name,), does, evidence=seen_by))
     return findings
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -123,28 +123,24 @@ def likeliest_table(points: np.ndarray, table: np.ndarray, deep: np.ndarray, set
     if as_is.placed.cost < AGREE * len(table) and not as_is.placed.turned:
         return as_is
     found = [(as_is.placed.cost, as_is)]
-    names = sorted(set(sets))
-    of_set = {name: np.asarray(sets) == name for name in names}
+
+    def undo(price, name, what, mended, set_name=""):
+        placed = place(points, mended, deep)
+        found.append((placed.cost + price, Mistake(name, what, mended, placed, set_name)))
+
+    of_set = {name: np.asarray(sets) == name for name in sorted(set(sets))}
     for price, name, what, mended in _mistakes(table, as_is.placed.turned):
-        found.append(_tried(price, points, deep, Mistake(name, what, mended, as_is.placed)))
-        for set_name in names if len(names) > 1 else ():
-            part = np.where(of_set[set_name][:, None], mended, table)
-            found.append(_tried(price + ONE_SET, points, deep, Mistake(name, what, part, as_is.placed, set_name)))
+        undo(price, name, what, mended)
+        for set_name, inside in of_set.items() if len(of_set) > 1 else ():
+            undo(price + ONE_SET, name, what, np.where(inside[:, None], mended, table), set_name)
     for set_name, inside in of_set.items():
-        for axis in range(3):
-            mended, by = _other_origin(points, table, deep, inside, axis)
-            mistake = Mistake("origin", f"{AXES[axis]} {by:.0f}", mended, as_is.placed, set_name)
-            found.append(_tried(SHIFTED, points, deep, mistake))
+        for axis, by in zip(range(3), _other_origin(points, table, deep, inside), strict=True):
+            mended = table + np.outer(np.where(inside, by, 0.0), np.arange(3) == axis)
+            undo(SHIFTED, "origin", f"{AXES[axis]} {by:.0f}", mended, set_name)
     scaled = place(points, table, deep, free_scale=True)
     found.append((scaled.cost + 0.6, Mistake("scale", f"{scaled.scale:.4f}", table, scaled)))
     cost, best = min(found, key=lambda f: f[0])
     return best if cost < as_is.placed.cost - 1 else as_is
-
-
-def _tried(price, points, deep, mistake):
-    """What a mistake costs, and it with the places that fit its table."""
-    placed = place(points, mistake.table, deep)
-    return placed.cost + price, replace(mistake, placed=placed)
 
 
 def _mistakes(table, turned):
@@ -167,15 +163,14 @@ def _mistakes(table, turned):
             )
 
 
-def _other_origin(points, table, deep, inside, axis):
-    """The table with one column of one set shifted so that it fits the others, and by how much, mm."""
+def _other_origin(points, table, deep, inside):
+    """By how much each column of one set would be shifted to fit the others, mm."""
     if inside.sum() < 3 or (~inside).sum() < 4:
-        return table, 0.0
+        return np.zeros(3)
     others = place(points[~inside], table[~inside], deep[~inside])
     rotation, shift = kabsch(points[~inside], others.told * [1, 1, -1])
     told = (points @ rotation.T + shift) * [1, 1, -1]
-    by = float(np.median((told - table)[inside, axis]))
-    return table + np.outer(np.where(inside, by, 0.0), np.arange(3) == axis), by
+    return np.median((told - table)[inside], axis=0)
 
 
 def slip_of(line: np.ndarray, told: np.ndarray, weight: np.ndarray, others: np.ndarray) -> str | None:

@@ -52,7 +52,7 @@ def of_a_number(value: float, right: float, told: str) -> str:
         for other, words in ((1 / right, "upside down: it is one over"), (right**2, "the square of")):
             if near(value, other):
                 return f"{told} is {words} what is asked for."
-    if any(value == round(right, k) for k in (0, 1)):
+    if any(value == round(right, k) for k in range(4)):
         return f"{told} is rounded too much. Keep its decimals."
     if any(value == np.trunc(right * 10**k) / 10**k for k in (0, 1)):
         return f"{told} is cut off too early. Keep its decimals."

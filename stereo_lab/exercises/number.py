@@ -179,8 +179,6 @@ class Number:
             return f"{told} is one too {'many' if number > wanted else 'few'}: counted from 0, or copied wrongly? {self.ask}".strip()
         counts = not self.tolerance and abs(wanted) <= A_FEW  # a factor would give the answer away
         relation = "" if counts or self.unit == "times" else of_a_number(number, wanted, told)
-        if not relation and self.tolerance and _is_rounded(value, right):
-            relation = f"{told} is rounded too much. Keep its decimals."
         formula = "" if relation else made_of(number, self.known)
         if formula:
             return f"that is {formula}. {self.ask}".strip()
