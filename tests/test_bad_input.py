@@ -224,6 +224,12 @@ def test_circles_that_no_picture_holds(tmp_path, capsys, circle, says):
     assert says in refused(capsys, "detect", PICTURE, "--color-from", tmp_path / "balls.csv")
 
 
+def test_a_colour_is_marked_or_marks_itself(tmp_path, capsys):
+    assert "Choose one of the two" in refused(
+        capsys, "detect", PICTURE, "--learn", "--color-from", tmp_path / "balls.csv"
+    )
+
+
 # --- names and formats -------------------------------------------------------------------------------------------
 
 

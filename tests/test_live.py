@@ -415,11 +415,13 @@ def test_the_virtual_bench_keeps_time(bench):
     assert drawn.read() is None and list(drawn) == []
 
 
-def test_only_rendered_cameras_can_be_drawn(tmp_path, bench):
+def test_only_rendered_cameras_and_at_a_rate_can_be_drawn(tmp_path, bench):
     shutil.copytree(bench.path / "track", tmp_path / "real" / "track")
     shutil.copy(bench.path / "recording.json", tmp_path / "real")
     with pytest.raises(StereoLabError, match="real was taken with real cameras"):
         VirtualBench(open_recording(tmp_path / "real"))
+    with pytest.raises(StereoLabError, match="pairs a second; got 0"):
+        VirtualBench(bench, rate_hz=0)
     with open_source("virtual:second_rig") as source:
         assert source.name == "virtual:second_rig" and source.read().left.shape[1::-1] == source.size
 

@@ -118,6 +118,10 @@ def _color(options, images):
     from stereo_lab.detection import BallColor
 
     if options.color_from:
+        if options.learn:
+            raise StereoLabError(
+                "With --color-from you mark the balls, with --learn they mark themselves. Choose one of the two."
+            )
         return _color_from(options.color_from)
     if not options.learn:
         return BallColor.named(options.color)

@@ -16,7 +16,7 @@ import numpy as np
 
 from stereo_lab.errors import StereoLabError
 from stereo_lab.kinematics import JointAngles, Registration
-from stereo_lab.live.sources import Frame, Pace, StereoSource
+from stereo_lab.live.sources import Frame, Pace, StereoSource, check_rate
 from stereo_lab.recording import Recording
 
 LIGHT = np.array([-0.4, 0.7, 0.6]) / np.linalg.norm([-0.4, 0.7, 0.6])  # where it comes from, in the bench frame
@@ -99,7 +99,7 @@ class VirtualBench(StereoSource):
     Raises
     ------
     StereoLabError
-        If the recording was taken with real cameras: nobody knows what those would see.
+        If the recording was taken with real cameras: nobody knows what those would see. If the rate makes no sense.
     """
 
     def __init__(
@@ -119,6 +119,7 @@ class VirtualBench(StereoSource):
                 f"{recording.name} was taken with real cameras; only those of a rendered recording, such as bench, can be drawn. "
                 "For a real arm name its port."
             )
+        check_rate(rate_hz)
         self.name, self.size, self.rate_hz = f"virtual:{recording.name}", recording.image_size, rate_hz
         self.recording, self.arm = recording, arm
         self.ball_mm: Sequence[float] | None = (0.0, 120.0, float(recording.arm_depth_mm))
