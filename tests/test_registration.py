@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -152,3 +153,24 @@ def test_register_on_the_command_line(tmp_path, capsys):
     )
     assert (open_recording("bench").registration.sigmas == 0).all()  # nothing was registered there
     assert main(["arm", "virtual://arm", "register", "a", "b"]) == 2
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_how_near_the_links_come_on_their_way(seed):
+    """Against places all along both links: a hand at the end of a shorter link is one of them."""
+    rng = np.random.default_rng(seed)
+    stands = standing(rng)
+    way = [JointAngles(*pose) for pose in rng.uniform(-150, 150, (3, 2))]
+    place = stands.place(JointAngles(*rng.uniform(-150, 150, 2)))
+    upper, fore = stands.values[7:]
+    gaps = []
+    for a, b in zip(way[:-1], way[1:], strict=True):
+        for t in np.linspace(0, 1, 100):
+            pose = JointAngles(
+                *((1 - t) * np.array([a.theta1_deg, a.theta2_deg]) + t * np.array([b.theta1_deg, b.theta2_deg]))
+            )
+            for share in np.linspace(0, 1, 25):
+                for links in ((share * upper, 0.0), (upper, share * fore)):
+                    shorter = replace(stands, values=np.array([*stands.values[:7], *links]))
+                    gaps.append(np.linalg.norm(shorter.place(pose) - place))
+    assert stands.clearance_mm(way, *place) == pytest.approx(min(gaps), abs=3)

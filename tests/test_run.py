@@ -25,6 +25,7 @@ from stereo_lab.live import Follower, VirtualBench, open_source, round_trip, run
 from stereo_lab.live import usage as usage_module
 from stereo_lab.live.follower import GAP_MM, STEADY, WRONG_SIDE
 from stereo_lab.live.log import RunLog, header, read_log, write_csv
+from stereo_lab.live.touching import _way
 from stereo_lab.live.tracker import Track
 from stereo_lab.live.usage import Usage
 from stereo_lab.localization import Localizer
@@ -335,6 +336,19 @@ def test_a_touched_ball_that_stays_is_not_touched_again(bench, localizer):
         assert said[1].startswith("touched ball 1") and said[3] == "move the ball to another place"
         source.close()
         assert next(lines) == "the pictures have ended" and next(lines) == "home"
+
+
+@pytest.mark.parametrize("place", [(-200.0, 200.0, 1000.0), (150.0, 120.0, 1000.0), (180.0, 300.0, 1000.0)])
+@pytest.mark.parametrize("start", [(60.0, 60.0), (150.0, -40.0), (20.0, -100.0), (-60.0, 120.0)])
+def test_the_arm_goes_round_a_ball_and_not_through_it(bench, localizer, start, place):
+    """The shortest way goes through it in a third of these cases; and where the elbow is up the hand does not press at the end."""
+    radius, stands = bench.ball.diameter_mm / 2, bench.registration
+    arm = SimpleNamespace(angles=lambda: JointAngles(*start), limits_deg=bench.arm.limits_deg)
+    *before, at = _way(bench, arm, place, radius)
+    assert stands.clearance_mm([arm.angles(), *before], *place) > radius
+    beyond = JointAngles(at.theta1_deg + 3, at.theta2_deg + 3)
+    if at.theta2_deg < 0:
+        assert stands.clearance_mm([before[-1], beyond, at], *place) > radius - 0.1
 
 
 def test_touching_waits_for_a_ball_and_not_for_ever(bench, localizer):

@@ -6,6 +6,7 @@ switch, its links by a millimetre. The hand takes the ball to some poses, the ca
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,9 @@ LEAST_POSES = 6  # nine numbers, three from each place; more of them tell how fa
 ROUNDS = 50
 SURE = 3.0  # standard deviations that make a difference one
 WORTH_MM, WORTH_DEG = 1.0, 0.3  # less than that nobody mends
+LOOKED_DEG = (
+    2.0  # so far a joint turns between two looks at where the links are: the hand moves by a ball's radius or less
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,6 +178,31 @@ class Registration:
         """A place of the bench frame as the arm has it: x and y in the plane of its hand, from its shoulder, and z before it, mm."""
         return _rotation(*self.values[3:5]).T @ _upright(np.array([x_mm, y_mm, depth_mm]) - self.values[:3])
 
+    def clearance_mm(self, way: Sequence[JointAngles], x_mm: float, y_mm: float, depth_mm: float) -> float:
+        """How near the middles of the links come to a place, seen along the axles, while the joints turn from pose to pose.
+
+        Both joints start and end each move together, as the command ``MA`` lets them.
+
+        Parameters
+        ----------
+        way : sequence of JointAngles, two or more
+        x_mm, y_mm, depth_mm : float, in the bench frame
+
+        Returns
+        -------
+        float, mm
+        """
+        stops = np.array([[pose.theta1_deg, pose.theta2_deg] for pose in way], float) + self.values[5:7]
+        moves = zip(stops[:-1], stops[1:], strict=True)
+        looks = [np.linspace(a, b, 2 + int(np.abs(b - a).max() / LOOKED_DEG)) for a, b in moves]
+        one, both = np.radians(np.concatenate(looks).cumsum(axis=1).T)
+        place = self.in_arm(x_mm, y_mm, depth_mm)[:2]
+        upper, fore = (
+            length * np.column_stack([np.cos(turn), np.sin(turn)])
+            for length, turn in zip(self.values[7:], (one, both), strict=True)
+        )
+        return float(min(_off(place, upper).min(), _off(place - upper, fore).min()))
+
     def differences(self, arm: TwoLinkArm) -> list[str]:
         """Sentences on what is surely not as told: the links and the zeros.
 
@@ -220,6 +249,12 @@ def _places(values, angles_N2):
         [links[0] * flat[:, 0] + links[1] * flat[:, 2], links[0] * flat[:, 1] + links[1] * flat[:, 3]]
     )
     return shoulder + _upright(inside @ _rotation(turned, tilted)[:, :2].T)
+
+
+def _off(places, links_N2):
+    """How far places, seen from where a link begins, are from it, (N,)."""
+    along = np.clip(np.sum(places * links_N2, axis=1) / np.sum(links_N2**2, axis=1), 0, 1)
+    return np.linalg.norm(places - along[:, None] * links_N2, axis=1)
 
 
 def _slopes(values, angles_N2):

@@ -19,6 +19,7 @@ from stereo_lab.recording import Recording
 STILL, STILL_MM = 10, 3.0  # a ball lies still that was seen so often in a row within so many mm
 PATIENCE_S = 60.0
 BEFORE_MM = 30.0  # before the ball the arm stops; the last bit goes straight in
+BESIDE_MM = 20.0  # between a ball and the middle of a link that passes it: half the link's width, and some more
 
 
 def touch_in_turn(
@@ -60,9 +61,10 @@ def touch_in_turn(
         place = yield from _one_that_lies_still(source, localizer, recording, touched, sinks, patience_s)
         if place is None:
             break
-        near, poses = _poses(recording, arm, place, radius)
-        arm.move_to(near)
-        reached = arm.move_to(poses, one_side=True)
+        *before, at = _way(recording, arm, place, radius)
+        for pose in before:
+            arm.move_to(pose)
+        reached = arm.move_to(at, one_side=True)
         x, y, depth = place
         words = f"touched ball {len(touched) + 1} at x {x:.0f}, y {y:.0f}, depth {depth:.0f} mm"
         for sink in sinks:
@@ -75,21 +77,41 @@ def touch_in_turn(
                 }
             )
         yield words
-        arm.move_to(near)
+        arm.move_to(before[-1])
         touched = np.vstack([touched, place])
         move_on(len(touched))
     arm.home()
     yield "home"
 
 
-def _poses(recording, arm, place, radius):
-    """Before a ball, and at it: the pair of poses that is nearest to where the arm is."""
+def _way(recording, arm, place, radius):
+    """The poses from where the arm is to a ball: round it, not through it.
+
+    At the ball both joints arrive turning clockwise. With the elbow up (θ2 below zero) the upper arm draws the hand back by that;
+    with the elbow down the hand would first press some millimetres into the ball. Else the shortest way is taken.
+    """
     now, stands = arm.angles(), recording.registration
+    start1, start2 = (
+        min(max(angle, low), high)
+        for angle, (low, high) in zip((now.theta1_deg, now.theta2_deg), arm.limits_deg, strict=True)
+    )
     before, at = (stands.solutions(*place, beyond_mm=radius + gap) for gap in (BEFORE_MM, 0.0))
-    pairs = [(b, a) for b in before for a in at if (b.theta2_deg >= 0) == (a.theta2_deg >= 0)]
-    if not pairs:
+    ways = [
+        (*first, near, there)
+        for near in before
+        for there in at
+        if (near.theta2_deg >= 0) == (there.theta2_deg >= 0)
+        for first in ((), (JointAngles(near.theta1_deg, start2),), (JointAngles(start1, near.theta2_deg),))
+    ]
+    if not ways:
         raise UnreachableTargetError("one of two poses is out of reach")
-    return min(pairs, key=lambda pair: _turn(now, pair[0]))
+
+    def rank(way):
+        poses = (now, *way[:-1])
+        clear_mm = min(stands.clearance_mm(poses, *place), radius + BESIDE_MM)
+        return -clear_mm, way[-1].theta2_deg > 0, sum(map(_turn, poses[:-1], poses[1:]))
+
+    return min(ways, key=rank)
 
 
 def _turn(now: JointAngles, then: JointAngles) -> float:
