@@ -209,7 +209,7 @@ def test_a_function_of_ones_own_that_stops_gets_a_sentence(bench, own, words):
         arm.home()
         follower = Follower(arm, bench, **own)
         with pytest.raises(StereoLabError) as told:
-            follower._aim(track, 0.0)
+            follower._aim(track, 0.0, arm.angles())
     assert words in str(told.value)
 
 
@@ -220,7 +220,19 @@ def test_a_ball_out_of_reach_is_not_asked_of_a_function_of_ones_own(bench):
         arm.home()
         follower = Follower(arm, bench, inverse=lambda x, y: 1 / 0)
         with pytest.raises(UnreachableTargetError):
-            follower._aim(Track(0.0, place, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), True, None), 0.0)
+            follower._aim(Track(0.0, place, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), True, None), 0.0, arm.angles())
+
+
+@pytest.mark.parametrize(
+    "place", [(-200.0, 200.0, 1000.0), (150.0, 120.0, 1000.0), (220.0, 150.0, 1000.0), (0.0, 330.0, 1000.0)]
+)
+def test_the_arm_comes_to_a_ball_from_the_side_that_is_free(bench, localizer, place):
+    """With more room alone the arm would sweep through two of these four."""
+    moments, stands = says(bench, localizer, still(place), seconds=3), bench.registration
+    first = next(m for m, _ in moments if m.step.wanted is not None).step
+    assert stands.clearance_mm([first.reached, first.wanted], *place) > bench.ball.diameter_mm / 2
+    near = min(stands.clearance_mm([JointAngles(*links)] * 2, *place) for _, links in moments)
+    assert near > bench.ball.diameter_mm / 2
 
 
 def test_an_arm_that_does_not_know_where_it_stands_follows_nothing(bench):

@@ -117,7 +117,7 @@ class Follower:
         said = self._why_not(track)
         if not said:
             try:
-                wanted = self._aim(track, now_s)
+                wanted = self._aim(track, now_s, reached)
                 said = "follows"
             except UnreachableTargetError as error:
                 said = WRONG_SIDE if str(error) == WRONG_SIDE else "the ball is out of reach"
@@ -152,11 +152,13 @@ class Follower:
             return f"the ball is {abs(off_mm):.0f} mm {'before' if off_mm > 0 else 'behind'} the arm's plane"
         return ""
 
-    def _aim(self, track, now_s):
+    def _aim(self, track, now_s, reached):
         """Order the angles of the hand at the ball; gives them."""
         between_s = min(max(now_s - self._before_s, 0.0), MOST_BETWEEN_S)
         ready_s, self._before_s = now_s + ANSWERS_S + between_s / 2, now_s
-        wanted = self._angles(self._ball_at(track, ready_s))
+        ball = self._ball_at(track, ready_s)
+        self._side = self._side or self._free_side(ball, reached)
+        wanted = self._angles(ball)
         goal = self._where_it_could_stop(wanted, track, ready_s) if self._runs_on else wanted
         self.arm.steer(goal, self._percent(goal))
         self._steers = True
@@ -170,14 +172,21 @@ class Follower:
         places = zip(_place(track.position), track.velocity_mm_s, strict=True)
         return Position(*(_yours(self.predict, "predict", 1, p, v, ahead_s)[0] for p, v in places))
 
+    def _free_side(self, ball, reached):
+        """The side of the elbow from which the arm comes to a ball without sweeping through it; of two, the one with more room."""
+        place = _place(ball)
+
+        def free(pose):
+            return self.stands.clearance_mm((reached, pose), *place) > self.radius_mm, self._room_deg(pose)
+
+        return 1 if max(self.stands.solutions(*place, beyond_mm=self.beyond_mm), key=free).theta2_deg >= 0 else -1
+
     def _angles(self, ball):
-        """The pose with the hand before a ball, its elbow on the side that was chosen for it: the one with more room."""
+        """The pose with the hand before a ball, its elbow on the side that was chosen for it."""
         poses = self.stands.solutions(*_place(ball), beyond_mm=self.beyond_mm)
         if self.inverse is not None:
             x, y, _ = self.stands.in_arm(*_place(ball)).tolist()
             return JointAngles(*_yours(self.inverse, "inverse", 2, x, y))
-        if self._side == 0:
-            self._side = 1 if max(poses, key=self._room_deg).theta2_deg >= 0 else -1
         poses = [pose for pose in poses if pose.theta2_deg * self._side >= 0]
         if not poses:
             raise UnreachableTargetError(WRONG_SIDE)
