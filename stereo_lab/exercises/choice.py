@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from stereo_lab.exercises.reading import (
+    ALL_BUT,
     HANGING,
     NEGATIONS,
     OPEN_WORDS,
     UNSURE,
+    before_reason,
     key_words,
     told_beside,
     without_contractions,
@@ -63,8 +65,10 @@ class Choice:
         answer = without_contractions(str.strip(answer))
         word = answer.lower()
         meant = self.right if word in self.also else self._meant(answer)
+        if meant is None and self._meant(before_reason(answer)) == self.right:
+            meant, answer = self.right, before_reason(answer)
         if meant == self.right:
-            if word != self.right and self._names_another(answer):
+            if word != self.right and (self._names_another(answer) or self._turns_round(answer)):
                 return Verdict(NOT_YET, f"that names two of the answers, or says what it is not. Take one: {listed}.")
             return Verdict(PASS, self.praise)
         meant = meant or self._meant(without_reason(answer))
@@ -103,6 +107,18 @@ class Choice:
             return True
         parts = [] if JOINED.search(self.right) else JOINED.split(told)
         return len(parts) > 1 and any(self._meant(part) in {w.answer for w in self.wrong} for part in parts)
+
+    def _turns_round(self, answer):
+        """Whether a word for the right option, anything else allowed round it, was found beside a "not" that it does not expect."""
+        told = without_contrast(str.lower(answer))
+        if ALL_BUT.search(told):
+            return True
+        if not key_words(told) & NEGATIONS - key_words(self.right):
+            return False
+        for words, other in self.same:
+            if other == self.right and ".*" in words and re.fullmatch(words, told):
+                return not re.search(rf"\b({'|'.join(NEGATIONS)})", re.sub(r"\(\?!.*?\)", "", words))
+        return False
 
     def _with_options(self, answer, same):
         """An answer in small letters, with the options' own words for others."""

@@ -15,6 +15,7 @@ SIGNS = {
     "°": "no sign ° in the line: the arm counts in degrees anyway.",
     ",": "no comma in the line: its words are parted by blanks.",
     "*": "the checksum is put behind it for you: leave it away.",
+    '"': "no quotes inside the line: one pair round it is enough.",
     "'": "no quotes inside the line: one pair round it is enough.",
     "–": "the arm does not know the long dash of a printed page. Type the minus of the keyboard: -",
     "=": "no sign = in the line: its words are parted by blanks.",
@@ -29,11 +30,15 @@ FORMS = {
     r"\b(deg|degrees?)\b": "no unit in the line: the arm counts in degrees anyway.",
     r"^MV\s+[12]\s+[12]\s": "one line turns one joint: leave the other one out.",
     r"\b(ten|twenty|thirty|forty|fifty|sixty|seventy|eighty|ninety)\b": "numbers stand in figures in the line.",
+    r"\bminus\b": "the minus is a sign in the line: -30, not the word.",
+    r"\s[-+]{2}|\s\+|\d\.(\s|$)": "a number is written plainly in the line, such as 45, -45 or 12.5.",
+    r"^m\s+v\b": "the command is one word: MV.",
     r"^EN\b": "EN switches the motors on. Which command turns a joint?",
     r"^-?\d": "the command comes first: what should the arm do?",
     r"\b(to|by|cw|ccw|joint|elbow|theta2)\b": "the line has the command and two numbers, the joint and the angle; no other words.",
 }
 
+NUMBER = re.compile(r"-?[0-9]{1,7}(\.[0-9]{1,6})?")  # as the controller reads them
 FULL_SPEED = 100.0  # percent; the next cell waits for no slower turn
 
 
@@ -72,6 +77,11 @@ class Command:
         for sign, message in SIGNS.items():
             if sign in answer:
                 return Verdict(NOT_YET, message)
+        if re.search(r"[^ -~]", answer):
+            return Verdict(
+                NOT_YET,
+                "plain letters, figures and blanks: something in the line is none. Type it anew, do not paste it.",
+            )
         words, right = _words(answer), _words(self.right)
         if re.fullmatch(r"N\d+", answer.split()[0], re.IGNORECASE):
             return Verdict(NOT_YET, "the number of the line is put before it for you: leave it away.")
@@ -101,4 +111,4 @@ class Command:
 def _words(line):
     """Numbers as numbers, but the second word, the joint, as it stands."""
     words = line.upper().split()
-    return [float(w) if k != 1 and w.lstrip("+-").replace(".", "", 1).isdecimal() else w for k, w in enumerate(words)]
+    return [float(w) if k != 1 and NUMBER.fullmatch(w) else w for k, w in enumerate(words)]

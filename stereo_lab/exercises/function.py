@@ -39,6 +39,7 @@ class Function:
     parts : dict, what the numbers in an argument are called, by the argument's name
     held : tuple of str, arguments that make no sense twice as large, such as a probability
     endless : str, what to say where a result has no bounds
+    borders : tuple of (arguments, results), inputs on the border of two cases, where either result will do
     solution : str, the lines of the solution, from which slips are told; without them those of ``right`` serve
     """
 
@@ -54,6 +55,7 @@ class Function:
     parts: dict[str, tuple[str, ...]] = field(default_factory=dict)
     held: tuple[str, ...] = ()
     endless: str = ""
+    borders: tuple[tuple[tuple, tuple], ...] = ()
     solution: str = ""
 
     def judge(self, answer: Any) -> Verdict:
@@ -144,6 +146,8 @@ class Function:
     def _compare(self, answer, outputs):
         fits = [self._same(o, self.right(*a)) for o, a in zip(outputs, self.inputs, strict=True)]
         if all(fits) or any(self._does_as(right, outputs) for right in self.also):
+            if told := self._at_a_border(answer):
+                return Verdict(NOT_YET, told)
             return Verdict(PASS, self.praise or f"right for {len(fits)} tries.")
         if told := of_bytes(answer, self):
             return Verdict(NOT_YET, told)
@@ -153,6 +157,17 @@ class Function:
         known = f"right for {sum(fits)} of {len(fits)} tries, but " if any(fits) else ""
         told = self._turned(outputs) or of_a_function(answer, self, outputs)
         return Verdict(NOT_YET, told or known + self._example(fits.index(False), outputs))
+
+    def _at_a_border(self, answer):
+        """What is wrong where two cases meet; "" where nothing is."""
+        for arguments, results in self.borders:
+            given = _try(answer, arguments)
+            if given is None:
+                return self._nothing(answer, arguments)
+            if not any(self._same(given, result) for result in results):
+                either = " or ".join(say(result) for result in results)
+                return f"for {self._given(arguments)} it gives {say(given)}, and {either} {self.unit} is expected: between two cases."
+        return ""
 
     def _turned(self, outputs):
         """A mistake that people make, and a sign that is turned round as well; "" where it is not that."""

@@ -204,12 +204,13 @@ def _eq5(points):
 
 
 def _eq6(points):
-    tries = tuple((*p, elbow_deg(*p)) for p in points)
+    tries = (*((*p, elbow_deg(*p)) for p in points), (*points[1], -elbow_deg(*points[1])))  # the last with the elbow up
     return dict(
         asks="Write Eq. 6: the angle of the shoulder, once the elbow is known.",
         answer=Function(
             shoulder_deg, tries, 0.01, "degrees",
             (
+                Wrong(lambda a, b, x, y, t: math.degrees(math.atan2(y, x)) - abs(_lead(a, b, t)), "with the elbow up θ2 is below zero, and the upper arm leans to the other side: keep its sign."),
                 Wrong(lambda *t: shoulder_deg(*t) % 360, "the same direction, told the long way round: for the arm clockwise is below zero. Leave the % away."),
                 Wrong(lambda *t: shoulder_deg(*t) * DEGREE, "that is in radians. The arm counts in degrees."),
                 Wrong(

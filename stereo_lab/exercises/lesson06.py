@@ -238,6 +238,7 @@ def _rule():
                 ),
             ),
             "three cases, in this order.",
+            borders=(((5.0, 5.0, 2.1, 1.4), (2.1, 1.4)),),
         ),
         hints=(
             "Three cases: past the goal, in the zone, before it.",

@@ -12,8 +12,12 @@ from stereo_lab.recording import Recording
 
 BALL_RADIUS_MM = 20.0
 SIGMAS = 4.0  # farther off than so many standard deviations is another ball
-GOES_ON = "(go(es)? on|keep|continue|carry on|follow|predict|guess|move)"
+ARM = "((it|the arm) )?((should|must|has to|shall|will) )?(first )?"
+GOES_ON = "(go(es)? on|keeps?|continues?|carr(y|ies) on|follows?|predicts?|guess(es)?|moves?|proceeds?)( going| moving| following)?"
 STOPS = "(stop|brake|halt|freeze|wait|stand|stay|hold|pause)s?"
+MOMENT = "(a (short |little )?(moment|while|time|bit)|0[.,]\\d+ ?s( |$)|(some|a few) tenths)"
+TOO_LONG = "((hours?|minutes?|seconds|days?)\\b|a long time)"
+SHORT = "(\\b(short(er)?|small|tiny|little|lollipop|usb|match(stick)?|toothpick|pen|pencil|chopstick)\\b|\\b[1-4]?\\d ?(cm|centimet(re|er)s?)\\b|\\bmm\\b)"
 NO_END = "(until|till|for ?ever|always|never)"
 
 
@@ -186,9 +190,12 @@ def _hidden():
             ),
             "as long as the prediction is worth something.",
             same=(
-                (f"^(?!.*{NO_END})(it )?(first )?{GOES_ON}.*(then|and|but).*{STOPS}.*$", "go on for a moment, then stop"),
+                ("( and)? (wait|stay)( there)? until (the ball|it) (comes|is) back( again)?", ""),
+                (f"^{ARM}{GOES_ON}(?!.*{TOO_LONG})((?!{NO_END}).)*(then|than|and|but).*{STOPS}.*$", "go on for a moment, then stop"),
+                (f"^{ARM}{GOES_ON} for {MOMENT}((?! or )[^,])*$", "go on for a moment, then stop"),
+                (f"^{ARM}{STOPS},? (after {MOMENT}|but not at once).*$", "go on for a moment, then stop"),
                 (f"^((it |the arm )?(should |must |has to )?{STOPS}.*|(do )?nothing|(do not|don't|not) move)$", "stop at once"),
-                (f"^{GOES_ON}( moving| going| following| it| the prediction)?( {NO_END}.*)?$", "go on until the ball comes back"),
+                (f"^{ARM}{GOES_ON}( it| the prediction)?( {NO_END}.*|.*{TOO_LONG}.*)?$", "go on until the ball comes back"),
                 ("^((go |move |return |drive )?(back )?(to )?(its )?home|(go|move) back|return)$", "go home"),
             ),
             beside=(
@@ -279,13 +286,15 @@ def _milliseconds():
             also=("cameras", "the camera", "taking the pictures", "the pictures"),
             same=(
                 (".*calibrat.*", "calibration"),
+                (".*(shortest|fastest|quickest).*", "the fastest"),
+                (".*(detect|find|locat|search|hough|looking for|process|analy).*|(the )?ball", "finding the ball"),
+                (".*(order|command|cable|wire|serial|usb).*", "the order to the arm"),
                 (".*(camera|webcam|exposure|exposing|shutter|reading out|taking (the |a )?(picture|photo)).*", "the cameras"),
                 ("(the )?(picture|image|photo)s?", "the cameras"),
-                (".*(detect|find|locat|search|hough|looking for|image processing).*|(the )?ball", "finding the ball"),
                 (".*(angle|kinematics|trigonometry|formula|equation|calculat|comput(ing|ation)).*", "the angles"),
-                (".*(order|command|cable|wire|serial|usb).*", "the order to the arm"),
             ),
             beside=(
+                (".*(shortest|fastest|quickest).*", "the longest is asked for. Which bar is it?"),
                 (".*(calibrat).*", "that was done once, before the run. Look at the bars."),
                 (".*(position|place|rectif|triangulat|depth).*", "a handful of multiplications: too little to be drawn. Look at the bars."),
                 (".*(watchdog|profile|motor).*", "that belongs to the move, and the move is not counted here. Look at the bars."),
@@ -363,14 +372,16 @@ def _hold():
             "longer than the arm reaches, and one hand at the switch of the supply.",
             also=("a stick", "on a long stick"),
             same=(
-                (".*\\bshort(er)?\\b.*", "short"),
+                (f".*{SHORT}.*", "short"),
+                (".*(danger|forbid|unsafe).*", "danger"),
                 ("(at |on )?(the end of )?(a |the )?(long |thin )?(pole|rod|ruler|wire|broom|broomstick|branch|bar|tube|pipe|skewer|grabber|litter picker|selfie stick|stick)", "on a stick"),
                 ("((in|with|by|between|on) )?((my|the|both|two|one|bare|your|a) )*(hands?|fingers?|palm|gloves?|(?<=my )arm)( with gloves?)?", "in my fingers"),
                 ("(roll(ed|ing)? )?(it )?(on|over|along|across)? ?(the |a )?(table|floor|bench|desk|book|box|ground)", "on a table in its plane"),
                 ("(throw|toss|drop|let)( it| fall)*", "thrown to it"),
             ),
             beside=(
-                (".*\\bshort(er)?\\b.*", "then your hand is within the reach of the arm. What is longer than it reaches?"),
+                (".*stick.*(danger|forbid|unsafe).*", "what is longer than the arm reaches keeps you out of its way. What would be safer?"),
+                (f".*{SHORT}.*", "then your hand is within the reach of the arm. What is longer than it reaches?"),
                 (".*(switch|supply|power).*", "there one person stands. What holds the ball, and keeps all of you out of reach?"),
                 (".*(card|paper|board|cushion).*", "what carries that? Whatever is near the ball is near the arm: what is longer than it reaches?"),
                 ("(far|away|nowhere|anywhere|somewhere|behind).*", "it must be where the arm can reach it, and you must not. What holds it there?"),

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-NUMBER = re.compile(r"(?<![\d.])[-+]?\d+(?:\.\d+)?")
-NAMES = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
-IN_WORDS = {name: str(k) for k, name in enumerate(NAMES)} | {
+NUMBER = re.compile(r"(?<![\d.θ])(?<!theta)[-+]?\d+(?:\.\d+)?")
+NAMES = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
+TENS = ("twenty", "thirty", "forty", "fifty", "sixty", "seventy", "eighty", "ninety")
+IN_WORDS = {name: str(k) for k, name in enumerate(NAMES)} | {name: str(20 + 10 * k) for k, name in enumerate(TENS)} | {
     "once": "1", "twice": "2", "double": "2", "doubles": "2", "doubled": "2", "half": "0.5",
 }  # fmt: skip
 # Words that turn round what stands beside them, or leave it open: then only the plain answer counts
@@ -75,20 +76,27 @@ NEGATIONS = frozenset(
         "barely",
     ]
 )
+ALL_BUT = re.compile(r"\b(anything|everything|anywhere|nothing|all) (but|except)\b")
 HANGING = frozenset(["depend", "vary", "vari", "sometim"])
 UNSURE = frozenset(["know", "idea", "guess", "unsure", "sure", "maybe"])
-NO_NUMBERS = OPEN_WORDS - {"above", "below", "half"} | {"hundred", "thousand", "million", "dozen", "small"}
+NO_NUMBERS = OPEN_WORDS - {"above", "below", "half"} | {
+    "hundred", "thousand", "million", "dozen", "small", "anything", "everything", "except",
+}  # fmt: skip
 NOT_AFTER = "is|was|are|were|do|does|did|has|have|had|could|would|should|must|need"
-CODE = re.compile(r"\s*[a-z_]\w*\s*[-+*/]\s*[\w(]|.*[a-z]\w*(\.[a-z_]|\[|\(|_\w)", re.IGNORECASE)
+CODE = re.compile(
+    r"\s*[-+]?[\d.]+\s*([*]|π|pi\b)|\s*[a-z_]\w*\s*[-+*/]\s*[\w(]|.*[a-z]\w*(\.[a-z_]|\[|\(|_\w)", re.IGNORECASE
+)
 # What a unit measures, and how many of the kit's unit it is
 UNITS = {
     **dict.fromkeys(("mm", "millimetre", "millimetres", "millimeter", "millimeters"), ("mm", 1)),
     **dict.fromkeys(("cm", "centimetre", "centimetres", "centimeter", "centimeters"), ("mm", 10)),
-    "dm": ("mm", 100), **dict.fromkeys(("m", "metre", "metres", "meter", "meters"), ("mm", 1000)),
+    "dm": ("mm", 100), **dict.fromkeys(("m", "metre", "metres", "meter", "meters"), ("mm", 1000)), "km": ("mm", 1e6),
+    **dict.fromkeys(("µm", "μm", "um", "micrometre", "micrometres"), ("mm", 0.001)), **dict.fromkeys(("inch", "inches"), ("mm", 25.4)),
     **dict.fromkeys(("px", "pixel", "pixels"), ("px", 1)), **dict.fromkeys(("%", "percent"), ("%", 1)),
     **dict.fromkeys(("ms", "millisecond", "milliseconds"), ("ms", 1)), **dict.fromkeys(("s", "second", "seconds"), ("ms", 1000)),
     **dict.fromkeys(("°", "deg", "degree", "degrees"), ("degrees", 1)), **dict.fromkeys(("rad", "radian", "radians"), ("degrees", 180 / np.pi)),
-    **dict.fromkeys(("v", "volt", "volts"), ("V", 1)),
+    **dict.fromkeys(("turn", "turns", "revolution", "revolutions"), ("degrees", 360)), **dict.fromkeys(("minute", "minutes"), ("ms", 60000)),
+    **dict.fromkeys(("v", "volt", "volts"), ("V", 1)), "mb": ("MB", 1), "hz": ("Hz", 1), "khz": ("Hz", 1000), "kg": ("g", 1000), "g": ("g", 1),
 }  # fmt: skip
 SMALL_WORDS = frozenset(("a", "an", "the", "it", "its", "in", "on", "of", "is", "to", "ones"))
 
@@ -105,15 +113,18 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
     """
     if CODE.match(text):
         return "this is Python in quotes. Take the quotes away, and Python works it out."
-    plain = re.sub(r"\bminus\s+(?=\d)", "-", text.lower().replace("−", "-")).rpartition("=")[2].strip(" .")
+    plain = text.lower().replace("−", "-").rpartition("=")[2].strip(" .")
     if unit == "of 255":
         plain = re.sub(r"(out\s+of|of|/)\s*255$", "", plain).strip()
     if unit == "times":
         plain = re.sub(r"^(just )?(as large|the same|same|equal|unchanged)( as .*)?$", "1", plain)
     plain = re.sub(r"[a-z]+", lambda word: IN_WORDS.get(word[0], word[0]), plain)
+    plain = re.sub(r"\b(minus|negative)\s+(?=\d)|^[-–]\s*\(?\s*(?=\d)", "-", plain)
     if (NO_NUMBERS if count == 1 else NO_NUMBERS - {"and"}) & set(re.findall(r"[a-z]+", plain)):
         return _no_number(plain, count)
-    plain = re.sub(r"(?<=\d),(?=\d{3}\.\d)", "", plain)  # 2,047.2
+    plain = re.sub(r"(?<=\d),(?=\d{3}\.\d)|(?<=\d)\.(?=\d{3},\d)", "", plain)  # 2,047.2 and 2.047,2
+    if count == 1:
+        plain = re.sub(r"(?<=\d)\s(?=\d{3}(\D|$))", "", plain)  # 2 047
     decimal_commas = re.sub(r"(?<=\d),(?=\d)", ".", plain)
     for parts in (plain, decimal_commas) if decimal_commas.count(".") - plain.count(".") <= count else (plain,):
         found = NUMBER.findall(parts)
@@ -144,7 +155,9 @@ def _converted(number, text, unit):
         another = other_rate if " per " in unit else a_speed
         scale = above[0][1] / below[0][1] if " per " in told and " per " in unit and not another else 1
         return f"{unit} is asked for, this is {told}." if another else [number * scale]
-    measures, scale = next((UNITS[word] for word in re.findall(r"[a-z]+|[°%]", told) if word in UNITS), (unit, 1))
+    if "²" in told or "square" in told:
+        return f"{unit} is asked for, this is {told}."
+    measures, scale = next((UNITS[word] for word in re.findall(r"[a-zµμ]+|[°%]", told) if word in UNITS), (unit, 1))
     if measures == unit:
         return [number * scale]
     return (
@@ -179,14 +192,23 @@ def key_words(text: str) -> frozenset[str]:
 
 def without_contrast(text: str) -> str:
     """What is meant by "right, not left" and by "not left, but right"."""
-    found = re.fullmatch(r"\s*not\s+(?P<no>[^,]*),\s*(but\s+)?(?P<yes>.*)", text, re.IGNORECASE)
-    found = found or re.fullmatch(r"(?P<yes>[^,]*),\s*(and\s+)?not\s+(?P<no>.*)", text, re.IGNORECASE)
+    found = re.fullmatch(
+        r"\s*not\s+(?P<no>[^,;]*)([,;]|\s+but\s)\s*(but\s+)?(?P<yes>(?!then\b).*)", text, re.IGNORECASE
+    )
+    found = found or re.fullmatch(r"(?P<yes>[^,;]*)[,;]\s*(and\s+)?not\s+(?P<no>.*)", text, re.IGNORECASE)
     return found["yes"] if found else text
 
 
 def without_reason(text: str) -> str:
     """What is said before a reason for it, or before a comma."""
     return re.split(r"\W+(?:because|since|as|so|for|due)\W|[,;:(]", text, maxsplit=1, flags=re.IGNORECASE)[0]
+
+
+def before_reason(text: str) -> str:
+    """What is said before words that begin a reason or what was not taken, and that begin nothing else."""
+    return re.split(r"\s(?:because|so that|instead of|rather than|to keep|to protect)\s", text, maxsplit=1, flags=re.I)[
+        0
+    ].rstrip(" ,;")
 
 
 def told_beside(answer: str, beside: Sequence[tuple[str, str]]) -> str:

@@ -130,7 +130,7 @@ def stopping_errors(ways: Sequence[tuple[str, ArrayLike]], title: str, ax: Axes 
     ax.set_xscale("log")
     ax.xaxis.set_major_formatter(plt.matplotlib.ticker.FormatStrFormatter("%g"))
     ax.invert_yaxis()
-    ax.set_xlabel("stopping error (degrees, every tick ten times the one before)")
+    ax.set_xlabel("stopping error (degrees, every numbered tick ten times the one before)")
     ax.set_title(title)
     return ax
 
