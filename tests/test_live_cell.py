@@ -15,6 +15,7 @@ from stereo_lab.live import open_source
 from stereo_lab.localization import Localizer
 from stereo_lab.widgets import LiveCell
 from stereo_lab.widgets.panel import PRESS, answer_while_busy
+from stereo_lab.widgets.running import NOT_HEARD
 
 WAIT_S = 60.0
 
@@ -117,7 +118,7 @@ def test_the_ball_glides_to_where_the_sliders_say(cell):
     cell.text.observe(lambda change: said.add(change["new"].partition(";")[0]), "value")
     cell.x.value, cell.y.value = -150, 250
     until(lambda: np.allclose(cell._source.ball_mm[:2], (-150, 250)))
-    assert said == {"follows"}
+    assert said <= {"follows"}
 
 
 def test_it_can_be_played_again(cell):
@@ -134,7 +135,7 @@ def test_more_ticks_make_no_second_run(cell):
     for _ in range(5):
         cell.play.value += 1
     until(lambda: cell.text.value.startswith("follows"))
-    assert len(cell.opened) == 1 and sum(t.name == "live cell" for t in threading.enumerate()) == 1
+    assert len(cell.opened) == 1 and sum(t.name == "LiveCell" for t in threading.enumerate()) == 1
 
 
 def test_a_page_that_falls_silent_ends_the_run(cell):
@@ -142,7 +143,8 @@ def test_a_page_that_falls_silent_ends_the_run(cell):
     until(lambda: cell.text.value.startswith("follows"))
     cell._silent_s = 0.0
     until(lambda: not cell.thread.is_alive())
-    assert cell.text.value == "Ended: nothing was heard from this page." and not cell.opened[0].port.is_open
+    assert cell.text.value == NOT_HEARD and not cell.opened[0].port.is_open
+    stays_ended(cell)
 
 
 def test_what_goes_wrong_is_a_sentence(bench, localizer):
@@ -167,6 +169,44 @@ def test_an_arm_that_is_unplugged_is_told(cell):
     cell.opened[0].port.faults.unplugged = True
     until(lambda: not cell.thread.is_alive())
     assert "is gone" in cell.text.value
+    stays_ended(cell)
+
+
+def stays_ended(cell):
+    """Whatever ended it: ticks that still come from a page, asleep or with its sentence unread, do not set the arm off again."""
+    until(lambda: not cell.play.playing)
+    opened = len(cell.opened)
+    cell.play.value += 1
+    cell.play.value += 1
+    assert not cell.thread.is_alive() and len(cell.opened) == opened
+
+
+def test_a_panel_made_again_ends_the_one_before(cell, bench, localizer):
+    """The cell of the notebook that is run again: the buttons of the first panel are gone from the page."""
+    press(cell)
+    until(lambda: cell.text.value.startswith("follows"))
+    LiveCell(lambda: None, lambda arm: None, bench, localizer)
+    until(lambda: not cell.thread.is_alive())
+    stays_ended(cell)
+
+
+def test_a_panel_that_no_page_shows_ends(cell):
+    """Its output is cleared, or its cell deleted: the page itself still ticks."""
+    press(cell)
+    cell.play._view_count = 1
+    until(lambda: cell.text.value.startswith("follows"))
+    cell.play._view_count = 0
+    until(lambda: not cell.thread.is_alive())
+    stays_ended(cell)
+
+
+def test_play_pressed_while_the_last_run_ends_begins_after_it(cell):
+    press(cell)
+    until(lambda: cell.text.value.startswith("follows"))
+    cell.play.playing = False
+    press(cell)
+    until(lambda: len(cell.opened) == 2 and cell.text.value.startswith("follows"))
+    assert not cell.opened[0].port.is_open and cell.play.playing
 
 
 def test_without_an_arm_the_ball_is_seen(bench, localizer):

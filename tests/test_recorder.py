@@ -636,3 +636,42 @@ def test_a_panel_whose_page_is_gone_ends(third_rig, tmp_path):
     panel.play.playing = True
     panel.thread.join(15)
     assert not panel.thread.is_alive() and not (tmp_path / "mine" / folders.LOCK).exists()
+
+
+def test_stop_while_the_cameras_open_is_heard(third_rig, tmp_path):
+    from stereo_lab import widgets
+
+    opening, may = threading.Event(), threading.Event()
+
+    def slowly():
+        opening.set()
+        assert may.wait(60)
+        return Replay(third_rig.pairs("calibration"))
+
+    panel = widgets.recorder_panel(slowly, tmp_path / "mine", third_rig.board, third_rig.ball)
+    panel.play.playing = True
+    assert opening.wait(60)
+    panel.play.playing = False
+    may.set()
+    panel.thread.join(60)
+    assert not panel.thread.is_alive() and not (tmp_path / "mine" / "calibration").exists()
+
+
+def test_one_press_too_many_takes_nothing(third_rig, tmp_path):
+    from stereo_lab import widgets
+
+    pairs = [sample.pair for sample in third_rig.samples("position")]
+    panel = widgets.recorder_panel(lambda: Replay(pairs, hold_s=60), tmp_path / "mine", third_rig.board, third_rig.ball)
+    panel.play.playing = True
+    give_up = time.monotonic() + 60
+    while (panel._session is None or panel._session.frame is None) and time.monotonic() < give_up:
+        time.sleep(0.02)
+    said = []
+    for depth in (0, -900, 900, 900, 950):
+        panel.place["depth"].value = depth
+        panel.take_ball("depth")
+        said.append(panel.text.value.partition(" ")[0])
+    panel.play.playing = False
+    panel.thread.join(60)
+    assert said == ["Measure", "Measure", "Taken:", "There", "Taken:"]
+    assert len(open_recording(tmp_path / "mine").samples("depth")) == 2

@@ -192,6 +192,13 @@ def test_a_ball_is_marked_by_clicks_keys_and_buttons(tmp_path):
     assert panel.marks["b"] is None and "1 with the ball, 1 without" in panel.text.value
     panel.buttons["save"].click()
     assert read_marks(tmp_path / "marks.csv") == {"a": (60, 40, 15), "b": None} and "is written" in panel.text.value
+    again = widgets.mark_balls({"b": shots["b"]}, tmp_path / "marks.csv")  # the cell run again, with fewer pictures
+    again.mark((60.25, 40.75, 12.5))
+    again.sliders["radius"].value += 3
+    again.buttons["save"].click()
+    assert read_marks(tmp_path / "marks.csv") == {"a": (60, 40, 15), "b": (60.25, 40.75, again.sliders["radius"].value)}
+    with pytest.raises(StereoLabError, match="purple"):
+        widgets.mark_balls(shots, tmp_path / "marks.csv", "purple")
     panel.buttons["clear"].click()
     assert list(panel.marks) == ["a"] and repr(panel) == "panel: mark the ball"
     assert "image/jpeg" in panel._repr_mimebundle_()

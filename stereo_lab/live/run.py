@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import time
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -110,7 +110,7 @@ def run(
     follower: Follower | None = None,
     sinks: Sequence[Sink] = (),
     seconds: float | None = None,
-) -> Iterator[Moment]:
+) -> Generator[Moment, None, None]:
     """Locate the ball in pair after pair, and let an arm follow it.
 
     Parameters

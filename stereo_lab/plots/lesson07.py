@@ -45,7 +45,14 @@ def pose_at_ball(
     ax.plot(*joints_mm.T, "o", color="white", markeredgecolor=BLACK, markersize=9)
     ax.add_patch(plt.Circle((ball_mm[0], ball_mm[1]), radius_mm, color=ORANGE))
     ax.annotate(f"θ1 = {angles_deg[0]:.0f}°", joints_mm[0], (14, -4), textcoords="offset points", va="top")
-    ax.annotate(f"θ2 = {angles_deg[1]:.0f}°", joints_mm[1], (0, -12), textcoords="offset points", ha="right" if joints_mm[1][0] > 0 else "left", va="top")
+    ax.annotate(
+        f"θ2 = {angles_deg[1]:.0f}°",
+        joints_mm[1],
+        (0, -12),
+        textcoords="offset points",
+        ha="right" if joints_mm[1][0] > 0 else "left",
+        va="top",
+    )
     reach = 1.15 * max(np.abs(joints_mm).max(), *np.abs(ball_mm))
     ax.set_xlim(-reach, reach)
     ax.set_ylim(-0.35 * reach, reach)

@@ -30,7 +30,8 @@ def stopping(motor: Motor, goal_deg: float = 90.0) -> Panel:
 
     def draw(zone_deg, cruise_deg_s):
         view = np.full((420, PANEL_WIDTH, 3), 255, np.uint8)
-        run = drive(motor, SlowDownRule(tuning, 0.0, goal_deg, zone_deg, cruise_deg_s), longest_s=LONGEST_S)
+        rule = SlowDownRule(tuning, 0.0, goal_deg, zone_deg, cruise_deg_s)
+        run = drive(motor, rule, longest_s=LONGEST_S)
         if zone_deg:
             cv2.rectangle(view, to_px(0, goal_deg), to_px(SHOWN_S, goal_deg - zone_deg), (205, 235, 250), -1)
         cv2.line(view, to_px(0, goal_deg), to_px(SHOWN_S, goal_deg), BLACK, 1, cv2.LINE_AA)
@@ -43,7 +44,13 @@ def stopping(motor: Motor, goal_deg: float = 90.0) -> Panel:
         write(view, "time (s)", (450, 417))
         write(view, "degrees", (4, 16))
         write(view, f"goal {goal_deg:.0f} deg", (74, to_px(0, goal_deg)[1] - 8), 0.55)
-        return view, f"stops {run.rest_deg - goal_deg:+.1f} degrees from the goal, after {run.arrived_s:.2f} s"
+        where = f"{run.rest_deg - goal_deg:+.1f} degrees from the goal"
+        return (
+            view,
+            f"stops {where}, after {run.arrived_s:.2f} s"
+            if rule.done
+            else f"not there after {LONGEST_S:.0f} s, {where}",
+        )
 
     return Panel(
         "stopping a motor",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import threading
-import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
@@ -22,24 +21,21 @@ from stereo_lab.widgets.panel import (
     ORANGE,
     PRESS,
     SILENT_S,
-    TICK_MS,
     WHITE,
-    Pictured,
     answer_while_busy,
     jpeg,
     slider,
-    telling,
 )
+from stereo_lab.widgets.running import Running
 
 LINE_PX = 34  # of the line of words under them
-THE_END = "The pictures have ended."
+SAID_EVERY = 150  # pictures, where nothing new is to be said: a voice reads the line aloud
+THE_END = f"The pictures have ended. {PRESS}"
 GLIDE_MM_S = 150.0  # the ball goes so fast to where the sliders say: a jump would be taken for another ball
 
 
-class LiveCell(Pictured):
+class LiveCell(Running):
     """Play and stop, the ball by sliders, both pictures. ``repr`` never changes, so that a notebook's output does not.
-
-    The run lives in a thread. ``Play`` starts it, stops it, and ticks: a page that is closed falls silent, and the run ends.
 
     Parameters
     ----------
@@ -63,42 +59,25 @@ class LiveCell(Pictured):
         silent_s: float = SILENT_S,
     ) -> None:
         self._open_arm, self._open_pictures, self._stage, self._localizer = open_arm, open_pictures, stage, localizer
-        self._silent_s, self._heard_s, self._ends = silent_s, 0.0, False
         self._source: StereoSource | None = None
         self._follower: Follower | None = None
-        self.thread: threading.Thread | None = None
+        super().__init__(silent_s)
         reach = round(stage.arm.reach_mm[1])
-        self.play = ipywidgets.Play(interval=TICK_MS, max=10**6, show_repeat=False)
-        self.follow = ipywidgets.ToggleButton(value=True, description="follow")
+        self.follow = ipywidgets.ToggleButton(
+            value=True, description="follow", tooltip="whether the arm follows the ball"
+        )
         self.x = slider("ball: to the right (mm)", 100, -reach, reach)
         self.y = slider("up (mm)", round(0.55 * reach), -reach, reach)
         self.off = slider("before the plane (mm)", 0, -100, 100)
-        self.text = ipywidgets.Label(PRESS)
         self.picture = ipywidgets.Image(format="jpeg", layout=ipywidgets.Layout(max_width="100%"))
         self.picture.value = jpeg(_before_it_plays(stage))
-        super().__init__([ipywidgets.HBox([self.play, self.follow]), self.x, self.y, self.off, self.text, self.picture])
-        for control in (self.play, self.follow, self.x, self.y, self.off):
+        self.lay_out([ipywidgets.HBox([self.play, self.follow]), self.x, self.y, self.off, self.text, self.picture])
+        for control in (self.follow, self.x, self.y, self.off):
             answer_while_busy(control)
-        self.play.observe(self._tick, "value")
-        self.play.observe(self._pressed, "playing")
         self.follow.observe(self._switch, "value")
 
     def __repr__(self):
         return "panel: the live cell"
-
-    def _pressed(self, change):
-        if change["new"]:
-            self._tick(change)
-        else:
-            self._ends = True
-
-    def _tick(self, _):
-        """The page is there. The first tick begins the run."""
-        self._heard_s = time.monotonic()
-        if self.play.playing and (self.thread is None or not self.thread.is_alive()):
-            self._ends = False
-            self.thread = threading.Thread(target=self._work, name="live cell", daemon=True)
-            self.thread.start()
 
     def _switch(self, change):
         if self._follower is not None:
@@ -115,18 +94,10 @@ class LiveCell(Pictured):
             part = GLIDE_MM_S / self._source.rate_hz / max(np.linalg.norm(left), 1e-9)
             self._source.ball_mm = (self._source.ball_mm + min(part, 1.0) * left).tolist()
 
-    def _why_it_ends(self):
-        """That the page asks for an end, or is gone; empty while neither is so."""
-        if self._ends:
-            return f"Ended. {PRESS}"
-        if time.monotonic() - self._heard_s > self._silent_s:
-            return "Ended: nothing was heard from this page."
-        return ""
-
-    def _work(self):
-        """Everything from opening to closing, in the thread; whatever stops it is told under the buttons."""
+    def work(self, end: threading.Event) -> str:
+        """The cell, from opening to closing."""
         try:
-            with telling(self.text), contextlib.ExitStack() as stack:
+            with contextlib.ExitStack() as stack:
                 arm = self._open_arm()
                 if arm is not None:
                     stack.callback(arm.close)
@@ -135,17 +106,16 @@ class LiveCell(Pictured):
                 if isinstance(self._source, VirtualBench):
                     self._source.ball_mm = self._goal_mm().tolist()
                 if arm is not None:
-                    if not arm.homed and (why := self._home(arm)):
-                        self.text.value = why
-                        return
+                    if not arm.homed and (why := self._home(arm, end)):
+                        return why
                     self._follower = Follower(arm, self._stage)
                     self._follower.follows = self.follow.value
                 moments = stack.enter_context(contextlib.closing(run(self._source, self._localizer, self._follower)))
-                self.text.value = self._show_all(moments)
+                return self._show_all(moments, end)
         finally:
             self._source = self._follower = None
 
-    def _home(self, arm):
+    def _home(self, arm, end):
         """Home both joints while the pictures are shown; says why it ended before that, or nothing."""
         self.text.value = "The arm moves: homing both joints, some ten seconds …"
         with ThreadPoolExecutor(1) as waiting:
@@ -153,7 +123,7 @@ class LiveCell(Pictured):
             try:
                 while not homing.done():
                     frame = self._source.read()
-                    why = self._why_it_ends() or ("" if frame else THE_END)
+                    why = self.why_it_ends(end) or ("" if frame else THE_END)
                     if why:
                         return why
                     self.picture.value = jpeg(_with_words(np.hstack([frame.left, frame.right]), ["homing"]))
@@ -163,13 +133,18 @@ class LiveCell(Pictured):
             homing.result()
         return ""
 
-    def _show_all(self, moments):
+    def _show_all(self, moments, end):
         """Show moment after moment; says why it ended."""
+        said = ""
         for moment in moments:
             self.picture.value = jpeg(_drawn(moment))
-            self.text.value = f"{moment.said}; {moment.latency_ms:.0f} ms from the picture to the order"
+            if moment.said != said or moment.number % SAID_EVERY == 0:
+                said, self.text.value = (
+                    moment.said,
+                    f"{moment.said}; {moment.latency_ms:.0f} ms from the picture to the order",
+                )
             self._glide()
-            if why := self._why_it_ends():
+            if why := self.why_it_ends(end):
                 return why
         return THE_END
 

@@ -24,31 +24,29 @@ from stereo_lab.widgets.panel import (
     PANEL_WIDTH,
     PRESS,
     SILENT_S,
-    TICK_MS,
     VERMILION,
     WHITE,
     Panel,
-    Pictured,
     answer_while_busy,
     fit_width,
     jpeg,
     slider,
-    telling,
 )  # fmt: skip
+from stereo_lab.widgets.running import Running
 
 BARS = "pairs", "left picture", "right picture", "near and far", "tilted"
 SIDE_PX = 480  # width of one camera's picture in the panel
 SHADE = 0.55  # how strongly cells are shaded in which no board was yet
 SETS = "position", "depth"
 GAP_PX = 8  # between the two pictures
+WRAPPED = {"flex_flow": "row wrap"}
 READ_S = 3.0  # so long what happens once stays in words, before the wishes for the next picture
 
 
-class RecorderPanel(Pictured):
+class RecorderPanel(Running):
     """Play and stop, bars, both pictures, and places to type in. ``repr`` never changes, so that a notebook's output does not.
 
-    The session lives in a thread. ``Play`` starts it, stops it, and ticks: where the page is closed it ends. What was taken
-    stays; pressing play again goes on.
+    What was taken stays; pressing play again goes on.
 
     Parameters
     ----------
@@ -68,54 +66,45 @@ class RecorderPanel(Pictured):
         still: np.ndarray | None = None,
     ) -> None:  # fmt: skip
         self._open_pictures, self._out, self._board, self._ball = open_pictures, Path(out), board, ball
-        self._silent_s, self._heard_s, self._stays_s = silent_s, 0.0, 0.0
+        self._stays_s = 0.0
         self._session: Session | None = None
-        self.thread: threading.Thread | None = None
-        self.play = ipywidgets.Play(interval=TICK_MS, max=10**6, show_repeat=False)
-        self.text = ipywidgets.Label(PRESS)
+        super().__init__(silent_s)
         self.bars = {name: _bar(name) for name in BARS}
         self.picture = ipywidgets.Image(format="jpeg", layout=ipywidgets.Layout(max_width="100%"))
         self.picture.value = jpeg(
             np.full((SIDE_PX * 3 // 4, 2 * SIDE_PX, 3), 230, np.uint8) if still is None else still
         )
         self.place = {name: ipywidgets.FloatText(0, description=f"{name} (mm)") for name in ("x", "y", "depth")}
-        self.take = {name: ipywidgets.Button(description=f"ball: {name}") for name in SETS}
-        super().__init__([
-            ipywidgets.HBox([self.play, self.text]), self.picture, ipywidgets.HBox(list(self.bars.values())),
-            ipywidgets.HBox([*self.place.values(), *self.take.values()]),
+        self.take = {name: ipywidgets.Button(description=f"ball: {name}", layout={"width": "auto"}) for name in SETS}
+        self._taken: tuple[str, tuple[float, ...]] | None = None
+        self.lay_out([
+            self.play, self.text, self.picture, ipywidgets.HBox(list(self.bars.values()), layout=WRAPPED),
+            ipywidgets.HBox([*self.place.values(), *self.take.values()], layout=WRAPPED),
         ])  # fmt: skip
-        answer_while_busy(self.play)
-        self.play.observe(self._tick, "value")
-        self.play.observe(self._pressed, "playing")
+        for control in (*self.place.values(), *self.take.values()):
+            answer_while_busy(control)
         for name, button in self.take.items():
             button.on_click(lambda _, name=name: self.take_ball(name))
 
     def __repr__(self):
         return "panel: the recorder"
 
-    def _pressed(self, change):
-        if change["new"]:
-            self._tick(change)
-        elif self._session is not None:
-            self._session.stop()
+    def end(self) -> None:
+        """Ask the session to end."""
+        super().end()
+        if (session := self._session) is not None:
+            session.stop()
 
-    def _tick(self, _):
-        """The page is there. The first tick begins the session."""
-        self._heard_s = time.monotonic()
-        if self.play.playing and (self.thread is None or not self.thread.is_alive()):
-            self.thread = threading.Thread(target=self._work, name="recorder panel", daemon=True)
-            self.thread.start()
-
-    def _work(self):
-        """Everything from opening to closing, in the thread; whatever stops it is told beside the button."""
+    def work(self, end: threading.Event) -> str:
+        """The session, from opening to closing."""
         try:
-            with telling(self.text):
-                with self._open_pictures() as source, self._recorder(source) as recorder:
-                    if isinstance(source, CameraSource) and (loose := source.lock()):
-                        self._tell(" ".join(loose))
-                    self._session = Session(source, recorder, self._show)
+            with self._open_pictures() as source, self._recorder(source) as recorder:
+                if isinstance(source, CameraSource) and (loose := source.lock()):
+                    self._tell(" ".join(loose))
+                self._session = Session(source, recorder, self._show)
+                if not self.why_it_ends(end):
                     self._session.run()
-                self.text.value = f"Ended. What was taken is in {self._out}. {PRESS}"
+            return f"Ended. What was taken is in {self._out}. {PRESS}"
         finally:
             self._session = None
 
@@ -127,13 +116,13 @@ class RecorderPanel(Pictured):
         coverage = session.recorder.coverage if session is not None else None
         if frame is not None:
             self.picture.value = jpeg(recorder_view(frame, state, coverage))
-        if state.taken:
-            self._tell(state.said)
-        elif time.monotonic() > self._stays_s:
+        if time.monotonic() > self._stays_s:
             self.text.value = state.said
+            if state.taken:
+                self._tell(state.said)
         for bar in state.bars:
             self.bars[bar.name].value = bar.part
-        if time.monotonic() - self._heard_s > self._silent_s and session is not None:
+        if session is not None and self.why_it_ends(self._end):
             session.stop()
 
     def _tell(self, words):
@@ -149,11 +138,17 @@ class RecorderPanel(Pictured):
             )
             return
         place = tuple(self.place[name].value for name in ("x", "y", "depth"))
-        if not any(place):
-            self._tell("Measure first where the ball is, and type in x, y and depth. Nothing was taken.")
+        if place[2] <= 0:
+            self._tell(
+                "Measure first where the ball is, and type in x, y and depth, which is above zero. Nothing was taken."
+            )
+            return
+        if self._taken == (set_name, place):
+            self._tell("There the ball was taken just now. Move it, and measure anew. Nothing was taken.")
             return
         try:
             name = session.recorder.take_sample(session.frame, set_name, place)
+            self._taken = set_name, place
             self._tell(f"Taken: {set_name}/{name} at x {place[0]:g}, y {place[1]:g}, depth {place[2]:g} mm.")
         except StereoLabError as error:
             self._tell(str(error))

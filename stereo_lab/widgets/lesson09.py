@@ -14,8 +14,8 @@ import numpy as np
 from stereo_lab.detection import BallColor
 from stereo_lab.detection.marked import propose
 from stereo_lab.errors import StereoLabError
-from stereo_lab.recording.marks import Mark, write_marks
-from stereo_lab.widgets.panel import BLACK, BLUE, GREY, LONG, ORANGE, WHITE, jpeg
+from stereo_lab.recording.marks import Mark, read_marks, write_marks
+from stereo_lab.widgets.panel import BLACK, BLUE, GREY, LONG, ORANGE, WHITE, WIDE, jpeg
 
 LARGE, ZOOM_PX = 4, 240  # times, the enlarged cut-out and its side
 USUAL_RADIUS = 12  # px, of a mark that the keyboard begins
@@ -30,13 +30,17 @@ HOW = "Click the ball's centre, then its rim. By keyboard: Tab to a slider, arro
 
 
 class MarkPanel(ipywidgets.VBox):
-    """Pictures one by one; two clicks mark the ball, a button says that there is none. ``marks`` holds what was marked."""
+    """Pictures one by one; two clicks mark the ball, a button says that there is none. ``marks`` holds what was marked.
+
+    Where the table is there already, its marks are those that it begins with.
+    """
 
     def __init__(self, shots: Mapping[str, np.ndarray], out: str | Path, color: BallColor | str) -> None:
         if not shots:
             raise StereoLabError("There are no pictures to mark. Name a recording with a ball, or a film: shots_of(…).")
         self._shots, self._names, self._out, self._color = dict(shots), list(shots), Path(out), color
-        self.marks: dict[str, Mark] = {}
+        BallColor.named(color) if isinstance(color, str) else color  # a name that is none is told before all marking
+        self.marks: dict[str, Mark] = read_marks(out) if Path(out).is_file() else {}
         self._at, self._center, self._moving = 0, None, False
         height, width = next(iter(shots.values())).shape[:2]
         self.picture = ipywidgets.HTML()
@@ -103,7 +107,8 @@ class MarkPanel(ipywidgets.VBox):
     def save(self) -> None:
         """Write the marks as a table."""
         try:
-            write_marks(self._out, {name: self.marks[name] for name in self._names if name in self.marks})
+            in_order = sorted(self.marks, key=lambda name: (name not in self._shots, name))
+            write_marks(self._out, {name: self.marks[name] for name in in_order})
         except StereoLabError as error:
             self.text.value = str(error)
             return
@@ -147,10 +152,14 @@ class MarkPanel(ipywidgets.VBox):
         else:
             self.mark((*self._center, max(1.0, float(np.hypot(u - self._center[0], v - self._center[1])))))
 
-    def _slid(self, _):
+    def _slid(self, change):
+        """One slider moves one number; the others keep their fractions of a pixel."""
         if not self._moving:
-            u, v, radius = (slider.value for slider in self.sliders.values())
-            self.mark((float(u), float(v), float(radius or USUAL_RADIUS)))
+            whole = [slider.value for slider in self.sliders.values()]
+            mark = list(self.marks.get(self.name) or (*whole[:2], whole[2] or USUAL_RADIUS))
+            mark[list(self.sliders.values()).index(change["owner"])] = change["new"]
+            u, v, radius = (float(part) for part in mark)
+            self.mark((u, v, radius or USUAL_RADIUS))
 
     def _show(self, said):
         mark = self.marks.get(self.name)
@@ -169,9 +178,7 @@ class MarkPanel(ipywidgets.VBox):
 
 
 def _slider(name, most):
-    return ipywidgets.IntSlider(
-        0, 0, most, description=f"{name} (px)", style=LONG, layout=ipywidgets.Layout(width="560px")
-    )
+    return ipywidgets.IntSlider(0, 0, most, description=f"{name} (px)", style=LONG, layout=ipywidgets.Layout(**WIDE))
 
 
 def mark_balls(

@@ -19,6 +19,7 @@ BLUE, ORANGE, VERMILION, BLACK, WHITE, GREY = (
 )  # fmt: skip
 PANEL_WIDTH = 960  # px, of the picture in a panel
 LONG = {"description_width": "170px"}
+WIDE = {"width": "560px", "max_width": "98%"}  # less where the page is narrow
 TICK_MS = 1000  # the page ticks so often while it is there
 SILENT_S = 5.0  # so long without a tick, and the run ends: a closed page must not drive an arm
 QUALITY = 80  # of the pictures on their way to the page
@@ -66,7 +67,7 @@ class Panel(Pictured):
 def slider(description: str, value: float, low: int, high: int, step: int = 1) -> ipywidgets.IntSlider:
     """A slider of whole numbers, as wide as all the others."""
     return ipywidgets.IntSlider(
-        int(value), low, high, step, description=description, style=LONG, layout=ipywidgets.Layout(width="560px")
+        int(value), low, high, step, description=description, style=LONG, layout=ipywidgets.Layout(**WIDE)
     )
 
 
@@ -74,7 +75,7 @@ def range_slider(description: str, value: Sequence[float], low: int, high: int) 
     """A slider with two ends."""
     return ipywidgets.IntRangeSlider(
         value=[int(v) for v in value], min=low, max=high, description=description, style=LONG,
-        layout=ipywidgets.Layout(width="560px"),
+        layout=ipywidgets.Layout(**WIDE),
     )  # fmt: skip
 
 

@@ -41,7 +41,7 @@ def space(things: Sequence[plots.Thing], title: str, turned_deg: int = -60, rais
         f"space: {title}",
         {
             "turned_deg": slider("turn (degrees)", turned_deg, -180, 180, 5),
-            "raised_deg": slider("look from above (degrees)", raised_deg, 0, 90, 5),
+            "raised_deg": slider("look from above (°)", raised_deg, 0, 90, 5),
         },
         draw,
     )

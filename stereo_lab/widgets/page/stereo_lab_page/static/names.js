@@ -41,6 +41,9 @@ function namePictures(cells) {
 }
 
 function nameControls(node) {
+  for (const box of node.querySelectorAll(".widget-play")) {
+    box.querySelectorAll("button").forEach((button, k) => button.setAttribute("aria-label", ["play or pause", "stop", "repeat"][k] || ""));
+  }
   for (const line of node.querySelectorAll(".widget-vbox > .widget-label")) line.setAttribute("aria-live", "polite"); // a panel's result
   for (const box of node.querySelectorAll(".jupyter-widgets.widget-inline-hbox")) {
     const label = box.querySelector(".widget-label");
@@ -60,7 +63,9 @@ const plugin = {
   autoStart: true,
   activate: app => {
     const style = document.createElement("style");
-    style.textContent = ".jp-Notebook :is(.jp-RenderedHTMLCommon, .jp-RenderedText) a { text-decoration: underline !important; }";
+    style.textContent = `
+      .jp-Notebook :is(.jp-RenderedHTMLCommon, .jp-RenderedText) a { text-decoration: underline !important; }
+      .jp-Notebook .widget-vbox > .widget-label { white-space: normal; height: auto; }`; // a long sentence goes on in the next line
     document.head.append(style);
     let waits = false;
     const name = () => {
