@@ -15,6 +15,7 @@ from typing import Any
 from stereo_lab.common.files import read_bytes, read_json, read_text, user_folder, write_json, write_whole
 from stereo_lab.errors import StereoLabError
 
+KEY = "stereo_lab_hand_in"  # in a notebook's metadata: whose it is and from which seat, as far as that is known
 MARK = ".stereo_lab.json"  # the file that makes a folder a work folder: which copy was made from what
 SEAT = "seat"  # the folder of a recording of the learner's own
 PAGES = ("words.md",)  # what goes with the lessons
@@ -93,9 +94,10 @@ def reset(lessons: Path, folder: Path, lesson: str) -> tuple[Path, Path | None]:
     """
     source = find(lessons, lesson)
     target = folder / source.name
-    kept = keep_beside(target) if target.exists() else None
     fresh = _clean_copy(source, seat_of(folder))
-    write_whole(target, fresh)
+    write_whole(target.with_suffix(".new"), fresh)  # a full disk is told before the old one is moved away
+    kept = keep_beside(target) if target.exists() else None
+    target.with_suffix(".new").replace(target)
     mark(folder, {**copies_of(folder), source.name: digest_of(fresh)})
     return target, kept
 
@@ -155,7 +157,11 @@ def _clean_copy(source, seat):
             from stereo_lab.exercises.seats import reworded
 
             told = [{**cell, "source": reworded("".join(cell["source"]), seat)} for cell in notebook["cells"]]
-            notebook = {**notebook, "cells": told}
+            metadata = {
+                **notebook["metadata"],
+                KEY: {"seat": seat},
+            }  # also a plain copy is marked by its seat's numbers
+            notebook = {**notebook, "cells": told, "metadata": metadata}
         text = json.dumps(notebook, indent=1, ensure_ascii=False) + "\n"
     return text.encode("utf-8")
 

@@ -19,7 +19,15 @@ from stereo_lab.classroom.grading import solved, source_of
 from stereo_lab.classroom.line import LONGEST_LINE
 from stereo_lab.classroom.marks import Mark, Row, kind_of_mistake, tally
 from stereo_lab.classroom.page import write_page
-from stereo_lab.classroom.papers import kit_cells, latest, papers_in, read_paper, with_what_is_missing, written
+from stereo_lab.classroom.papers import (
+    kit_cells,
+    latest,
+    not_looked_at,
+    papers_in,
+    read_paper,
+    with_what_is_missing,
+    written,
+)
 from stereo_lab.classroom.room import build_room
 from stereo_lab.classroom.store import Store
 from stereo_lab.classroom.table import read_teacher, write_table
@@ -201,6 +209,55 @@ def test_a_broken_paper_says_so(tmp_path, name):
     paper = read_paper(put(tmp_path, "03_x.ipynb", BROKEN[name]), tmp_path)
     assert paper.lesson == "03" and paper.learners == ("x",)
     assert ("no notebook that can be read" in paper.trouble) == (name != "no_cells")
+
+
+def test_a_class_one_folder_deeper_is_a_class(tmp_path):
+    for name in ("ada", "ben", "cy"):
+        put(tmp_path, f"home/{name}/work/03_world_coordinates.ipynb", kit())
+    assert [paper.learners for paper in papers_in(tmp_path)] == [("ada",), ("ben",), ("cy",)]
+    put(tmp_path / "own", "ada/old/03_world_coordinates.ipynb", kit())
+    put(tmp_path / "own", "ada/new/04_depth.ipynb", kit())
+    assert {paper.learners for paper in papers_in(tmp_path / "own")} == {("ada",)}
+
+
+def test_what_a_mac_lays_beside_files_is_nobodys_work(tmp_path):
+    for name in (
+        "ada/03_world_coordinates.ipynb",
+        "ada/._03_world_coordinates.ipynb",
+        "__MACOSX/ada/._03_world_coordinates.ipynb",
+    ):
+        put(tmp_path, name, kit())
+    assert [paper.file for paper in papers_in(tmp_path)] == ["ada/03_world_coordinates.ipynb"]
+
+
+def test_another_ending_is_told(tmp_path):
+    put(tmp_path, "ada/03_world_coordinates.IPYNB", kit())
+    for name in ("ben/03_world_coordinates.ipynb.txt", "cy/work.zip", "dee/notes.txt"):
+        (tmp_path / name).parent.mkdir()
+        (tmp_path / name).write_text("{}")
+    assert [paper.learners for paper in papers_in(tmp_path)] == [("ada",)]
+    assert not_looked_at(tmp_path) == ["ben/03_world_coordinates.ipynb.txt", "cy/work.zip"]
+
+
+def test_a_handed_in_file_that_is_cut_off_still_tells_whose_it_is(tmp_path):
+    (tmp_path / "03_calm-owl-2_brave-fox-77_2026-10-05_12-00-00.ipynb").write_text('{"cells": [')
+    (paper,) = papers_in(tmp_path)
+    assert paper.learners == ("calm-owl-2", "brave-fox-77") and paper.lesson == "03" and paper.trouble
+
+
+def test_the_questions_tell_the_lesson_before_a_number_in_the_name(tmp_path):
+    (paper,) = [read_paper(put(tmp_path, "05_anna_03_world_coordinates.ipynb", kit()), tmp_path)]
+    assert paper.lesson == "03" and paper.learners == ("05_anna",)
+
+
+def test_marks_find_the_names_that_a_spreadsheet_changed(tmp_path):
+    store = Store(tmp_path / "kept.json")
+    store.name([("01", "03"), ("Łukasz", "03"), ("ada", "03")])
+    nobody = store.remember(
+        {("1", "03"): {1: "passed"}, ("?ukasz", "03"): {2: "not yet"}, ("eve", "03"): {1: "passed"}, ("zoe", "03"): {}}
+    )
+    assert store.teacher("01", "03") == {1: "passed"} and store.teacher("Łukasz", "03") == {2: "not yet"}
+    assert len(nobody) == 1 and "'eve'" in nobody[0]
 
 
 def test_whose_it_is_and_which_lesson(tmp_path):

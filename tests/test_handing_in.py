@@ -5,6 +5,7 @@ import os
 import re
 import shlex
 import shutil
+import time
 
 import pytest
 
@@ -15,6 +16,7 @@ from stereo_lab.classroom.grading import grade
 from stereo_lab.classroom.handing import code_name, hand_in
 from stereo_lab.classroom.papers import latest, papers_in
 from stereo_lab.cli import _parser, main
+from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises import questions
 from stereo_lab.exercises.answers import NOT_YET, PASS, Verdict
 from stereo_lab.recording import open_recording
@@ -77,14 +79,15 @@ def test_pairs_two_on_one_account_and_twice(work, tmp_path, runs):
     (out / "again").mkdir()
     first = next(path for path in out.glob("03_*calm-owl-12*"))
     again = json.loads(first.read_text(encoding="utf-8"))
-    again["metadata"]["stereo_lab_hand_in"]["handed_in"] = "2099-01-01 00:00:00"
+    soon = [time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(time.time() + hours * 3600)) for hours in (1, 2)]
+    again["metadata"]["stereo_lab_hand_in"]["handed_in"] = soon[1]
     (out / "again" / "late.ipynb").write_text(json.dumps(again), encoding="utf-8")
     found = latest(papers_in(out))
     own = next(learner for learner, _ in found if learner not in ("calm-owl-12", "brave-fox-77"))
     assert {learner: [p.file for p in papers][0] for (learner, _), papers in found.items()} == {
         own: "again/late.ipynb", "calm-owl-12": "again/late.ipynb", "brave-fox-77": next(p.name for p in out.glob("03_brave*")),
     }  # fmt: skip
-    graded = grade(out, open_recording(ROOT / "data" / "bench"), tmp_path / "kept.json", due="2098-12-31")
+    graded = grade(out, open_recording(ROOT / "data" / "bench"), tmp_path / "kept.json", due=soon[0][:16])
     rows = {row.learner: row for row in graded.rows}
     assert rows[own].notes[:3] == ("handed in 2 times, the latest counts", "late", "together with calm-owl-12")
     assert rows["brave-fox-77"].notes[:1] != ("late",)
@@ -198,3 +201,28 @@ def test_the_teachers_page_says_what_is_so():
     assert all(f"`2{part}`" in PAGE for part in PARTS) and {"learner", "lesson"} <= set(FIRST)
     assert examiner.TAKEN.startswith(re.search(r"\*(this is the kit's own answer, taken from it)\*", PAGE).group(1))
     assert len(PAGE.split()) < 5 * 250
+
+
+def test_a_clock_that_is_years_ahead_does_not_hide_what_comes_later(work, tmp_path):
+    done = hand_in(NOTEBOOKS, work, "03", tmp_path / "out")
+    told = json.loads(done.path.read_text(encoding="utf-8"))
+    for moment in ("2099-01-01 00:00:00", "9999-99-99 99:99:99"):
+        told["metadata"]["stereo_lab_hand_in"]["handed_in"] = moment
+        done.path.write_text(json.dumps(told), encoding="utf-8")
+        (paper,) = papers_in(tmp_path / "out")
+        assert paper.handed_in[:4] == time.strftime("%Y")
+
+
+def test_a_refused_name_changes_nothing(work, tmp_path):
+    name = code_name(work)
+    for others, chosen in ((["Zoë"], "brave-fox-77"), ([f"fox-{k}" for k in range(8)], "brave-fox-77"), ([], "")):
+        with pytest.raises(StereoLabError):
+            hand_in(NOTEBOOKS, work, "03", tmp_path / "out", others, chosen)
+    assert code_name(work) == name and not (tmp_path / "out").exists()
+
+
+def test_eight_learners_with_long_names_are_one_file_and_eight_rows(work, tmp_path):
+    others = [f"{k}-{'a' * 36}" for k in range(7)]
+    hand_in(NOTEBOOKS, work, "03", tmp_path / "out", others)
+    (paper,) = papers_in(tmp_path / "out")
+    assert paper.learners == (code_name(work), *others)

@@ -55,11 +55,13 @@ class Graded:
     rows : list of Row, by learner and lesson
     how : str, what the notebooks were kept from
     run : int, notebooks that were run now; the others had been run before
+    unknown : list of str, what is to say of marks in the table that are nobody's
     """
 
     rows: list[Row]
     how: str
     run: int
+    unknown: list[str]
 
 
 def grade(
@@ -99,9 +101,10 @@ def grade(
         with tempfile.TemporaryDirectory(prefix="stereo_lab_") as rooms:
             desk.open(Path(rooms), waiting, progress)
             _run_all(desk, waiting, store, cores or _cores(), progress)
-    store.remember(teacher())
+    store.name(found)
+    unknown = store.remember(teacher())
     rows = [_row(learner, lesson, given, desk, store, due) for (learner, lesson), given in found.items()]
-    return Graded(rows, HOW[store.how], len(waiting))
+    return Graded(rows, HOW[store.how], len(waiting), unknown)
 
 
 def _run_all(desk, waiting, store, cores, progress):
@@ -144,9 +147,13 @@ class _Examiners:
     def edition(self, lesson: str) -> str:
         """A lesson of this kit on this recording."""
         if lesson not in self._edition:
-            files = [*sorted((PACKAGE / "exercises").glob("*.py")), *sorted((PACKAGE / "classroom").glob("*.py"))]
-            files += [*LESSONS.glob(f"{lesson}_*.ipynb"), self.recording.path / "recording.json"]
+            files = [*sorted(PACKAGE.rglob("*.py")), *LESSONS.glob(f"{lesson}_*.ipynb")]
             whole = hashlib.sha256(f"{stereo_lab.__version__} {self.recording.path}".encode())
+            for file in sorted(path for path in self.recording.path.rglob("*") if path.is_file()):
+                if file.suffix in (".json", ".csv"):
+                    files.append(file)
+                else:  # a picture: its size tells it from another
+                    whole.update(f"{file.name} {file.stat().st_size}".encode())
             for file in files:
                 whole.update(file.read_bytes())
             self._edition[lesson] = whole.hexdigest()[:16]

@@ -11,13 +11,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from stereo_lab.classroom.papers import KEY, WHEN
+from stereo_lab.classroom.papers import MOST_TOGETHER, WHEN
 from stereo_lab.common.files import read_json, read_text, write_json, write_whole
 from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises.progress import help_taken
-from stereo_lab.work import MARK, clean, find, seat_of
+from stereo_lab.work import KEY, MARK, clean, find, seat_of
 
 FILE = "code_name.json"
+LONGEST_NAMES = 120  # letters, of all names in that of a file
 FIRST = "amber brave calm clever eager fair gentle green happy keen kind lucky merry mild neat proud quick quiet rapid silver sunny swift tidy warm"
 SECOND = "badger beaver crane dolphin eagle falcon finch fox gull hare heron ibis lark lynx marten mole otter owl panda puffin robin seal stork tern"
 
@@ -57,7 +58,11 @@ def code_name(folder: Path, chosen: str | None = None) -> str:
         known = read_json(path).get("code_name")
         if isinstance(known, str) and _is_name(known):
             return known
-    name = chosen or f"{secrets.choice(FIRST.split())}-{secrets.choice(SECOND.split())}-{secrets.randbelow(900) + 100}"
+    name = (
+        chosen
+        if chosen is not None
+        else f"{secrets.choice(FIRST.split())}-{secrets.choice(SECOND.split())}-{secrets.randbelow(900) + 100}"
+    )
     write_json(path, {"code_name": _name(name)})
     return name
 
@@ -89,17 +94,20 @@ def hand_in(
             f"Lesson {lesson} is not in {folder}. Name whose it is with --name, or begin it first with start {lesson}."
         )
     number = source.name[:2]
-    names = tuple(dict.fromkeys((code_name(folder, chosen), *map(_name, others))))
+    content, with_me = _content(source), tuple(map(_name, others))  # before the folder's own name changes
+    if len(with_me) >= MOST_TOGETHER:
+        raise StereoLabError(f"A notebook is that of {MOST_TOGETHER} learners at most, got {len(with_me) + 1}.")
+    names = tuple(dict.fromkeys((code_name(folder, chosen), *with_me)))
     now = time.localtime()
-    content = _content(source)
     told: dict[str, Any] = {"lesson": number, "learners": list(names), "handed_in": time.strftime(WHEN, now)}
     told["help"] = help_taken(folder).get(number, {})
     told["seat"] = seat_of(folder)
     content["metadata"] = {"kernelspec": content["metadata"].get("kernelspec", {}), KEY: told}
-    path = out / f"{number}_{'_'.join(names)}_{time.strftime('%Y-%m-%d_%H-%M-%S', now)}.ipynb"
+    whose = "_".join(names) if sum(map(len, names)) < LONGEST_NAMES else f"{names[0]}_and-{len(names) - 1}-more"
+    path = out / f"{number}_{whose}_{time.strftime('%Y-%m-%d_%H-%M-%S', now)}.ipynb"
     write_whole(path, json.dumps(content, indent=1, ensure_ascii=False) + "\n")
     code = [cell["source"] for cell in content["cells"] if cell["cell_type"] == "code" and ".check(" in cell["source"]]
-    saved = time.strftime("%H:%M", time.localtime(source.stat().st_mtime))
+    saved = time.strftime("%Y-%m-%d %H:%M", time.localtime(source.stat().st_mtime))
     return HandedIn(path, names, saved, sum("____" not in lines for lines in code), len(code))
 
 

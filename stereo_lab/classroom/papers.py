@@ -16,14 +16,16 @@ from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises import LESSONS
 from stereo_lab.exercises.seats import reworded
 from stereo_lab.recording.places import course
-from stereo_lab.work import find
+from stereo_lab.work import KEY, find
 
 LARGEST = 60_000_000  # bytes; with all its figures a lesson has a tenth
 MOST_CELLS = 1_000
 LAST_SEAT = 9_999
 LONGEST_WORDS = 5_000  # letters of what a learner wrote between the cells
 WHEN = "%Y-%m-%d %H:%M:%S"
-KEY = "stereo_lab_hand_in"  # in a notebook's metadata
+HANDED_IN = re.compile(r"_\d{4}-\d\d-\d\d_\d\d-\d\d-\d\d$")  # the end of the name of a file of hand-in
+MOST_TOGETHER = 8  # learners of one notebook
+PACKED = (".zip", ".7z", ".rar", ".gz", ".tar")
 
 
 @dataclass(frozen=True)
@@ -85,35 +87,65 @@ def papers_in(folder: Path) -> list[Paper]:
     """
     if not folder.is_dir():
         raise StereoLabError(f"Expected a folder of notebooks, and {folder} is none.")
-    files = sorted(path for path in folder.rglob("*.ipynb") if ".ipynb_checkpoints" not in path.parts)
+    files = sorted(
+        path for path in folder.rglob("*") if path.suffix.lower() == ".ipynb" and not _left_by_a_system(path)
+    )
     if not files:
         raise StereoLabError(f"There is no notebook (.ipynb) in {folder}. Collect what was handed in there first.")
-    return [read_paper(path, folder) for path in files]
+    top = _top(files, folder)
+    return [read_paper(path, folder, top) for path in files]
 
 
-def read_paper(path: Path, folder: Path) -> Paper:
-    """One notebook; where it cannot be read, a paper that says why."""
+def not_looked_at(folder: Path) -> list[str]:
+    """Files that were handed in under another ending than a notebook's: 02_detection.ipynb.txt, work.zip."""
+    files = (path for path in folder.rglob("*") if path.is_file() and not _left_by_a_system(path))
+    return sorted(
+        legible(path.relative_to(folder).as_posix())
+        for path in files
+        if path.suffix.lower() in PACKED or ".ipynb." in path.name.lower()
+    )
+
+
+def _left_by_a_system(path):
+    """What JupyterLab and macOS lay beside the files of a person."""
+    return path.name.startswith("._") or bool({".ipynb_checkpoints", "__MACOSX"} & set(path.parts))
+
+
+def _top(files, folder):
+    """The folder whose folders are the learners': below a single one that holds the whole class, home/ada, home/bob, too."""
+    parts = [path.relative_to(folder).parts for path in files]
+    if len({own[0] for own in parts}) > 1 or min(map(len, parts)) < 3:
+        return folder
+    below = {own[1] for own in parts}
+    twice = len({own[-1] for own in parts}) < len(parts)  # the same lesson in several of them: they are learners
+    return _top(files, folder / parts[0][0]) if len(below) > 1 and twice else folder
+
+
+def read_paper(path: Path, folder: Path, top: Path | None = None) -> Paper:
+    """One notebook; where it cannot be read, a paper that says why. ``top``: whose folders are the learners', if not ``folder``."""
     file = legible(path.relative_to(folder).as_posix())
-    lesson, learner = _by_name(path, folder)
-    learner = legible(learner)
+    lesson, learners = _by_name(path, top or folder)
     try:
         when = time.strftime(WHEN, time.localtime(path.stat().st_mtime))
         content = read_bytes(path, LARGEST)
     except (StereoLabError, OSError) as error:
-        return Paper(file, (learner,), lesson, "", trouble=str(error))
+        return Paper(file, learners, lesson, "", trouble=legible(str(error)))
     digest = hashlib.sha256(content).hexdigest()
     try:
         notebook = json.loads(content.decode("utf-8-sig"))
         cells = tuple(_cell(cell) for cell in notebook["cells"][:MOST_CELLS])
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        return Paper(file, (learner,), lesson, when, digest=digest, trouble="it is no notebook that can be read")
+        return Paper(file, learners, lesson, when, digest=digest, trouble="it is no notebook that can be read")
     told = _told(notebook)
-    lesson = told.get("lesson") or lesson or _by_code(cells)
+    asked = _by_code(cells)
+    if asked and asked != lesson and "lesson" not in told:
+        lesson, learners = _by_name(path, top or folder, asked)
+    lesson = told.get("lesson") or lesson
     trouble = (
         "" if lesson else f"it cannot be told which lesson this is. Begin its name with {LESSONS[0]}_ to {LESSONS[-1]}_"
     )
     return Paper(
-        file, told.get("learners") or (learner,), lesson, told.get("handed_in") or when, cells,
+        file, told.get("learners") or learners, lesson, told.get("handed_in") or when, cells,
         told.get("seat"), told.get("help", {}), digest, trouble,
     )  # fmt: skip
 
@@ -191,18 +223,23 @@ def _lies_in(cell, lines):
     return all(line.strip() in lines for line in cell.source.splitlines() if line.strip())
 
 
-def _by_name(path, folder):
-    """Lesson and learner as folders and files are named: ada/03_world.ipynb, 03_world_ada.ipynb, ada-03.ipynb."""
-    found = re.search(r"(?<!\d)(\d\d)(?!\d)", path.stem)
-    lesson = found.group(1) if found and found.group(1) in LESSONS else ""
+def _by_name(path, folder, lesson=""):
+    """Lesson and learners as folders and files are named: ada/03_world.ipynb, 03_world_ada.ipynb, ada-03.ipynb.
+
+    A file of ``hand-in`` that cannot be read any more still tells them: 03_ada_bob_2026-10-05_12-00-00.ipynb.
+    """
+    rest = HANDED_IN.sub("", path.stem)
+    found = re.search(r"(?<!\d)(\d\d)(?!\d)", rest)
+    lesson = lesson or (found.group(1) if found and found.group(1) in LESSONS else "")
     if path.parent != folder:
-        return lesson, path.relative_to(folder).parts[0]
-    rest = path.stem
+        return lesson, (legible(path.relative_to(folder).parts[0]),)
     if lesson:
         for kits in (course() / "notebooks").glob(f"{lesson}_*.ipynb"):
             rest = rest.replace(kits.stem, "")
-        rest = re.sub(rf"^{lesson}[_-]|[_-]{lesson}$", "", rest)
-    return lesson, rest.strip(" _-") or path.stem
+        if found and found.group(1) == lesson:
+            rest = re.sub(rf"^{lesson}[_-]|[_-]{lesson}$", "", rest)
+    names = rest.strip(" _-").split("_") if HANDED_IN.search(path.stem) else [rest.strip(" _-")]
+    return lesson, tuple(legible(name) for name in names if name) or (legible(path.stem),)
 
 
 def _by_code(cells):
@@ -210,6 +247,14 @@ def _by_code(cells):
     found = re.search(r"""questions\(\s*["'](\d\d?)["']""", "\n".join(cell.source for cell in cells if cell.code))
     lesson = found.group(1).zfill(2) if found else ""
     return lesson if lesson in LESSONS else ""
+
+
+def _may_be(when):
+    """Whether a moment is one, and not after tomorrow: a clock that is years ahead would hide all that is handed in later."""
+    try:
+        return time.mktime(time.strptime(when, WHEN)) < time.time() + 24 * 3600
+    except (ValueError, OverflowError):
+        return False
 
 
 def _told(notebook: Any) -> dict[str, Any]:
@@ -221,11 +266,11 @@ def _told(notebook: Any) -> dict[str, Any]:
     out: dict[str, Any] = {}
     names = told.get("learners")
     if isinstance(names, list) and names and all(isinstance(n, str) and re.fullmatch(r"[\w-]{1,40}", n) for n in names):
-        out["learners"] = tuple(dict.fromkeys(names[:4]))
+        out["learners"] = tuple(dict.fromkeys(names[:MOST_TOGETHER]))
     if told.get("lesson") in LESSONS:
         out["lesson"] = told["lesson"]
     when = told.get("handed_in")
-    if isinstance(when, str) and re.fullmatch(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d", when):
+    if isinstance(when, str) and _may_be(when):
         out["handed_in"] = when
     if type(told.get("seat")) is int and 0 <= told["seat"] <= LAST_SEAT:
         out["seat"] = told["seat"]

@@ -137,7 +137,9 @@ def build_room(folder: Path) -> Room:
         (kit / "fonts").mkdir()
         (package / "course" / "data").mkdir(parents=True)
     except OSError as error:
-        raise StereoLabError(f"Cannot write {error.filename or kit}: {error.strerror}. Free some space.") from None
+        raise StereoLabError(
+            f"Cannot write {error.filename or kit}: {error.strerror or error}. Free some space."
+        ) from None
     _list_fonts(kit / "fonts")
     shut_by = _what_shuts(folder)
     if shut_by != BUBBLEWRAP:

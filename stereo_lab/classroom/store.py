@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +30,8 @@ class Store:
         self.how: str = told.get("how", NOTHING)
         self._limits: dict[str, list[float]] = parts[1]
         self._teacher: dict[str, dict[str, str]] = parts[2]
+        named = told.get("named", [])
+        self._named = {str(name) for name in named} if isinstance(named, list) else set()
 
     def keep(self, key: str, row: Row) -> None:
         """One more row is finished."""
@@ -47,11 +51,29 @@ class Store:
         self._limits[edition] = [limits.cell, limits.whole]
         self.save()
 
-    def remember(self, marks: Marks) -> None:
-        """A teacher's marks, also of learners whose notebook is not here today; a row of the table without any has none."""
+    def name(self, learners: Iterable[tuple[str, str]]) -> None:
+        """Learners and lessons that have a row in the table."""
+        self._named |= {f"{lesson}/{learner}" for learner, lesson in learners}
+
+    def remember(self, marks: Marks) -> list[str]:
+        """A teacher's marks, also of learners whose notebook is not here today; a row of the table without any has none.
+
+        Spreadsheets write 1 for a learner 01, and ? for a letter that they do not know. Gives a sentence for each row with marks
+        that is nobody's.
+        """
+        nobody = []
         for (learner, lesson), given in marks.items():
-            self._teacher[f"{lesson}/{learner}"] = {str(k): mark for k, mark in given.items()}
+            key, marked = f"{lesson}/{learner}", {str(k): mark for k, mark in given.items()}
+            if key not in self._named | self._teacher.keys():
+                meant = [name for name in self._named if name[:2] == lesson and _respelled(name[3:], learner)]
+                if len(meant) != 1 and marked:
+                    nobody.append(
+                        f"The marks of {learner!r}, lesson {lesson}, are nobody's: no notebook of such a learner was graded."
+                    )
+                key = meant[0] if len(meant) == 1 else key
+            self._teacher[key] = marked
         self.save()
+        return nobody
 
     def teacher(self, learner: str, lesson: str) -> dict[int, str]:
         """What a teacher wrote for one learner and lesson."""
@@ -65,5 +87,17 @@ class Store:
         StereoLabError
             If it cannot be written.
         """
-        told = {"rows": self.rows, "limits": self._limits, "teacher": self._teacher, "how": self.how}
+        told = {
+            "rows": self.rows,
+            "limits": self._limits,
+            "teacher": self._teacher,
+            "how": self.how,
+            "named": sorted(self._named),
+        }
         write_json(self.path, {"format": 1, **told})
+
+
+def _respelled(name, read):
+    """Whether a name is what a spreadsheet made another one of."""
+    unknown = re.escape(read).replace(r"\?", ".").replace("\N{REPLACEMENT CHARACTER}", ".")
+    return name.lstrip("0") == read or "." in unknown and re.fullmatch(unknown, name) is not None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import time
 from pathlib import Path
 
 from stereo_lab.cli.terminal import OK, Progress, write_json_option
@@ -61,12 +62,20 @@ def run_grade(options: argparse.Namespace) -> int:
     from stereo_lab.classroom.grading import grade
     from stereo_lab.classroom.marks import tally
     from stereo_lab.classroom.page import write_page
+    from stereo_lab.classroom.papers import not_looked_at
     from stereo_lab.classroom.table import read_teacher, write_table
     from stereo_lab.common.files import check_target
     from stereo_lab.exercises import questions
     from stereo_lab.recording import open_recording
 
     table, due = Path(options.csv), _due(options.due)
+    kept = table.with_suffix(".grade.json")
+    if options.html and Path(options.html).resolve() in (table.resolve(), kept.resolve()):
+        raise StereoLabError(
+            f"Expected three files: table, page and {kept.name}. Name another page than {options.html} with --html."
+        )
+    if options.jobs is not None and options.jobs < 1:
+        raise StereoLabError(f"Expected a number of notebooks at a time after --jobs, 1 or more; got {options.jobs}.")
     for target in filter(None, (options.csv, options.html)):
         check_target(target)
     read_teacher(table)  # what is no class table is not written over
@@ -75,7 +84,7 @@ def run_grade(options: argparse.Namespace) -> int:
         graded = grade(
             Path(options.folder),
             recording,
-            table.with_suffix(".grade.json"),
+            kept,
             lambda: read_teacher(table),
             due,
             options.jobs,
@@ -92,6 +101,10 @@ def run_grade(options: argparse.Namespace) -> int:
             print(f"  {count.name}  {count.passed} of {count.learners} passed, {count.not_attempted} not attempted")
             for why, number in count.fell_for[:3]:
                 print(f"       {number} of {count.learners}: {why}")
+    if others := not_looked_at(Path(options.folder)):
+        print(f"Not looked at, for a notebook ends in .ipynb: {', '.join(others)}.")
+    for line in graded.unknown:
+        print(line)
     print(f"{graded.how}\n{table}: {len(graded.rows)} rows, {graded.run} notebooks run now.")
     write_json_option(options.json, {"how": graded.how, "rows": [row.as_json() for row in graded.rows]})
     return OK
@@ -99,6 +112,14 @@ def run_grade(options: argparse.Namespace) -> int:
 
 def _due(text):
     """A day, or a day and a time."""
-    if text and not re.fullmatch(r"\d{4}-\d\d-\d\d( \d\d:\d\d)?", text):
+    if text and not (re.fullmatch(r"\d{4}-\d\d-\d\d( \d\d:\d\d)?", text) and _is_a_time(text)):
         raise StereoLabError(f'Expected a day such as 2026-10-05, or "2026-10-05 12:00", after --due; got {text!r}.')
     return text or ""
+
+
+def _is_a_time(text):
+    try:
+        time.strptime(text[:10], "%Y-%m-%d")
+        return not text[11:] or bool(time.strptime(text[11:], "%H:%M"))
+    except ValueError:
+        return False
