@@ -138,6 +138,16 @@ def test_no_board_and_too_little_of_one_is_none():
     assert find_corners(seen(print_of(CHARUCO), CHARUCO, *pose, rng), CHARUCO) is None
 
 
+def test_a_single_row_that_is_left_at_the_rim_is_none():
+    """What is cut off at the rim may leave corners on one line, which tell no plane: whoever calibrates would stop there."""
+    rows = []
+    for down in np.arange(-268, -252, 2.0):
+        shift = np.array([0.0, down, 500.0]) - CHARUCO.corners_mm.mean(0) * [1, 0, 1]
+        corners = find_corners(seen(print_of(CHARUCO), CHARUCO, np.eye(3), shift, np.random.default_rng(1)), CHARUCO)
+        rows.append(0 if corners is None else len(set(np.flatnonzero(~np.isnan(corners[:, 0])) // CHARUCO.grid[0])))
+    assert 1 not in rows and max(rows) > 1 and 0 in rows
+
+
 class Pair:
     def __init__(self, name, left, right):
         self.name, self.left, self.right = name, left, right

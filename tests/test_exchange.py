@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -191,3 +192,19 @@ def test_the_command_names_its_files(tmp_path, capsys):
     assert all(
         (tmp_path / "out" / name).is_file() and name in said for name in ("stereo.yml", "left.yaml", "right.yaml")
     )
+
+
+@pytest.mark.parametrize(
+    ("step", "says"),
+    [((0, -100, 0), "0 mm to the right of it and 100 mm below"), ((100, 0, 0), "-100 mm to the right")],
+)
+def test_cameras_that_do_not_stand_side_by_side_are_refused(calibration, tmp_path, step, says):
+    moved = replace(calibration, translation_mm=np.array(step, float), rotation=np.eye(3))
+    files = export_calibration(moved, tmp_path / "moved", "bench")
+    with pytest.raises(CalibrationError, match=says):
+        import_calibration(files[:1])
+
+
+def test_no_points_are_no_points(calibration):
+    for points in (calibration.rectify_points([], "left"), calibration.unrectify_points(np.zeros((0, 2)), "right")):
+        assert points.shape == (0, 2)

@@ -91,3 +91,8 @@ def test_rigid_fit_refuses_a_line_of_points():
     points = np.outer(np.arange(5.0), [1, 2, 3])
     with pytest.raises(StereoLabError, match="one line"):
         RigidFit.fit(points, points)
+    cloud = np.random.default_rng(0).normal(0, 100, (6, 3))
+    with pytest.raises(StereoLabError, match="one line"):
+        RigidFit.fit(cloud, np.tile([0.0, 100.0, 1000.0], (6, 1)))  # a table whose first row was copied down
+    with pytest.raises(StereoLabError, match="above zero"):
+        RigidFit.fit(cloud, cloud, np.zeros((6, 3)))

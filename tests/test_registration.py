@@ -174,3 +174,35 @@ def test_how_near_the_links_come_on_their_way(seed):
                     shorter = replace(stands, values=np.array([*stands.values[:7], *links]))
                     gaps.append(np.linalg.norm(shorter.place(pose) - place))
     assert stands.clearance_mm(way, *place) == pytest.approx(min(gaps), abs=3)
+
+
+@pytest.mark.parametrize("turned", [(80, 0), (-90, 0), (180, 0), (0, 85), (0, -120), (175, 100)])
+def test_a_switch_on_another_side_is_found(turned):
+    """From zeros as told, steps would run away, or to links below zero."""
+    true = TOLD.moved([0, 0, 0, 0, 0, *turned, 0, 0])
+    found = Registration.fit(ARM, 1000.0, POSES, places(true))
+    assert places(found) == pytest.approx(places(true), abs=0.01) and found.arm.l2_mm == pytest.approx(200, abs=0.01)
+    assert np.abs(found.values[5:7]).max() <= 180
+
+
+def test_places_that_no_arm_has_are_refused():
+    rng = np.random.default_rng(0)
+    with pytest.raises(StereoLabError, match="do not fit an arm|far a place"):
+        Registration.fit(ARM, 1000.0, POSES, rng.uniform(-1e4, 1e4, (len(POSES), 3)), 0.0)
+
+
+@pytest.mark.parametrize(
+    "limits", [((0, 165), (0, 150)), ((-30, 210), (0, 150)), ((90, 270), (-150, 150)), ((-270, 0), (-150, 150))]
+)
+def test_limits_of_any_kind_leave_poses_where_the_arm_can_be(limits):
+    arm = TwoLinkArm(250.0, 200.0, limits)
+    poses = hand_poses(arm)
+    assert len(poses) >= 7 and all(arm.within_limits(pose) for pose in poses)
+
+
+def test_limits_that_leave_too_few_poses_are_told_before_the_arm_moves(bench):
+    with connect("virtual://arm") as arm:
+        before = arm.home()
+        with pytest.raises(StereoLabError, match="Nothing was moved"):
+            register(arm, TwoLinkArm(250.0, 200.0, ((0, 20), (0, 40))), 1000.0, lambda: None)
+        assert arm.angles() == before

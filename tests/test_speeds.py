@@ -1,5 +1,7 @@
 """What ``stereo-lab bench`` tells of the detectors: every set, every way, against the same pictures."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -68,6 +70,15 @@ def test_a_larger_picture_shows_the_same_ball_to_larger_cameras(bench, bench_cal
         for ray, c in zip(rays, (bench_calibration, cameras), strict=True)
     ]
     assert own[0] == pytest.approx(own[1], abs=0.4 / bench_calibration.focal_px * 640 / size[0] + 1e-3)
+
+
+def test_a_wider_picture_is_cut_off_at_both_sides(bench_calibration):
+    picture = np.arange(160, dtype=np.uint8)[None, :, None].repeat(90, 0).repeat(3, 2)
+    cut = scaling.fitted(picture, (120, 90))
+    assert cut.shape == (90, 120, 3) and cut[0, 0, 0] == 20 and cut[0, -1, 0] == 139
+    wide = replace(bench_calibration, image_size=(160, 90))
+    shifted = scaling.calibration_for(wide, (120, 90)).left_matrix[0, 2] - bench_calibration.left_matrix[0, 2]
+    assert shifted == pytest.approx(-20)
 
 
 def test_painted_things_have_the_balls_color_and_leave_the_picture_alone(bench):

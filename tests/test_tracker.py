@@ -160,3 +160,18 @@ def test_a_place_that_tells_no_sigma_is_followed_as_well():
     tracker = Tracker(made_up)
     tracks = [tracker.update(Frame(t, PICTURE, PICTURE)) for t in (0.1, 0.2, 0.3)]
     assert all(track.seen and 1 < track.position.sigma_mm[0] <= 5 for track in tracks)
+
+
+@pytest.mark.parametrize("off_mm", [15, 20, 30, 38])
+def test_one_wrong_place_costs_one_picture(off_mm):
+    """The right place that comes next is near the wrong one, and still nearer to where the ball should be."""
+    places = [(100.0 + 3 * k, 50.0 + (off_mm if k == 20 else 0)) for k in range(30)]
+    tracks, _ = update_all(places)
+    assert [k for k, track in enumerate(tracks) if track is None or not track.seen] in ([], [20])
+
+
+def test_a_thing_that_stands_beside_the_balls_way_is_not_taken_for_it():
+    """Nearer than a ball's diameter: unseen for longer the ball may be anywhere near, and yet this is what was refused before."""
+    places = [(100.0 + 3 * k, 50.0) for k in range(15)] + [(145.0, 85.0)] * 9
+    tracks, _ = update_all(places)
+    assert not any(track.seen for track in tracks[15:])

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 
 import numpy as np
 
 from stereo_lab.arm.arm import Arm
-from stereo_lab.errors import StereoLabError
+from stereo_lab.errors import StereoLabError, UnreachableTargetError
 from stereo_lab.kinematics import LEAST_POSES, JointAngles, Registration, TwoLinkArm
 from stereo_lab.recording import Position
 
@@ -20,14 +21,13 @@ SIGMA_MM = 1.0  # of a place that tells none
 
 
 def hand_poses(links: TwoLinkArm) -> list[JointAngles]:
-    """Poses to register an arm in, within its limits."""
-    reach = links.l1_mm + links.l2_mm
-    poses = [
-        links.inverse(x * reach, y * reach, elbow)
-        for x, y, elbow in HANDS
-        if np.hypot(x, y) * reach > links.reach_mm[0]
-    ]
-    return [pose for pose in poses if links.within_limits(pose)]
+    """Poses to register an arm in, within its limits; the elbow on the other side where it cannot be on the one that is wished."""
+    reach, poses = links.l1_mm + links.l2_mm, []
+    for x, y, elbow in HANDS:
+        with contextlib.suppress(UnreachableTargetError):
+            ways = links.solutions(x * reach, y * reach)
+            poses.append(next((way for way in ways if (way.theta2_deg >= 0) == (elbow == "down")), ways[0]))
+    return poses
 
 
 def register(arm: Arm, links: TwoLinkArm, depth_mm: float, locate: Callable[[], Position | None]) -> Registration:
@@ -47,11 +47,16 @@ def register(arm: Arm, links: TwoLinkArm, depth_mm: float, locate: Callable[[], 
     Raises
     ------
     StereoLabError
-        If the arm is not homed, or the cameras see the ball in fewer than six poses.
+        If the arm is not homed, its limits leave fewer than six poses, or the cameras see the ball in fewer.
     """
     if not arm.homed:
         raise StereoLabError(f"Expected {arm.name} to be homed: its zeros are what is measured. Call home() first.")
     poses = hand_poses(links)
+    if len(poses) < LEAST_POSES:
+        raise StereoLabError(
+            f"Within its limits, {links.limits_deg[0]} and {links.limits_deg[1]} degrees, the hand comes to {len(poses)} of {len(HANDS)} places; "
+            f"{LEAST_POSES} or more are needed to register it. Nothing was moved."
+        )
     angles, places, sigmas = [], [], []
     for pose in poses:
         stands = arm.move_to(

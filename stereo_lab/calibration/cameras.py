@@ -160,12 +160,16 @@ class StereoCalibration:
     def rectify_points(self, points_Nx2: ArrayLike, side: str) -> np.ndarray:
         """Raw pixels of one camera to rectified pixels, shape (N, 2) (``cv2.undistortPoints``)."""
         points = np.asarray(points_Nx2, float).reshape(-1, 1, 2)
+        if not len(points):
+            return np.empty((0, 2))  # OpenCV gives None
         rotation, projection = self.rectified[side]
         return cv2.undistortPoints(points, *self.camera(side), R=rotation, P=projection, criteria=EXACT).reshape(-1, 2)
 
     def unrectify_points(self, points_Nx2: ArrayLike, side: str) -> np.ndarray:
         """Rectified pixels of one camera back to raw pixels, shape (N, 2) (``cv2.projectPoints``)."""
         points = np.asarray(points_Nx2, float).reshape(-1, 2)
+        if not len(points):
+            return points
         rotation, projection = self.rectified[side]
         rays = np.column_stack([points, np.ones(len(points))]) @ np.linalg.inv(projection[:, :3]).T @ rotation
         return cv2.projectPoints(rays.reshape(-1, 1, 3), np.zeros(3), np.zeros(3), *self.camera(side))[0].reshape(-1, 2)

@@ -56,7 +56,7 @@ def find_charuco(grey: np.ndarray, board: Board) -> np.ndarray | None:
     with np.errstate(invalid="ignore"):
         cut_off = ((placed < RIM_PX) | (placed > np.array(grey.shape[::-1]) - 1 - RIM_PX)).any(1)
     placed[cut_off] = np.nan
-    return placed
+    return placed if _tells_how_it_is_held(placed, board) else None
 
 
 def glimpse_of_charuco(grey: np.ndarray, board: Board) -> np.ndarray | None:

@@ -55,7 +55,12 @@ def check_recording(recording: Recording, progress: Progress | None = None) -> C
         findings = [replace(f, does_mm=cameras.noise_mm) if f.name in LIGHT else f for f in findings]
         findings = _look_at_balls(recording, cameras, clean, findings, say)
         clean = None if any(finding.name == "square_unit" for finding in findings) else clean
-    return Checkup(in_order([_weighed(finding, clean) for finding in findings]), clean, depth)
+    least = clean
+    if clean is not None and not np.isfinite(
+        clean
+    ):  # cameras taken over from elsewhere: nobody tells how exact they are
+        least = noise_mm(calibration, depth)
+    return Checkup(in_order([_weighed(finding, least) for finding in findings]), clean, depth)
 
 
 def _weighed(finding, clean):

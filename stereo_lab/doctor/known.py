@@ -46,9 +46,10 @@ def doubt_mm(calibration: StereoCalibration) -> float:
     return TWO_SIGMA * float(np.percentile(sigma, 90)) if len(sigma) and not np.isnan(sigma).any() else np.inf
 
 
-def noise_mm(calibration: StereoCalibration) -> float:
-    """How far off a depth may be by the ball's own pixels, 95 % of the errors."""
-    return TWO_SIGMA * float(calibration.depth_per_px(calibration.depth_mm)) * np.sqrt(2) * CENTER_PX
+def noise_mm(calibration: StereoCalibration, depth_mm: float | None = None) -> float:
+    """How far off a depth may be by the ball's own pixels, 95 % of the errors; without ``depth_mm`` where the boards stood."""
+    there = calibration.depth_mm if depth_mm is None else depth_mm
+    return TWO_SIGMA * float(calibration.depth_per_px(there)) * np.sqrt(2) * CENTER_PX
 
 
 @dataclass(frozen=True)

@@ -16,13 +16,16 @@ from numpy.typing import ArrayLike
 
 from stereo_lab.common.files import check_format, finite_number, read_json, write_json
 from stereo_lab.errors import StereoLabError
-from stereo_lab.kinematics.angles import JointAngles
+from stereo_lab.kinematics.angles import JointAngles, wrap
 from stereo_lab.kinematics.two_link import TwoLinkArm
 
 NAMES = ("shoulder x", "shoulder y", "shoulder depth", "turned", "tilted", "zero 1", "zero 2", "link 1", "link 2")
 UNITS = ("mm", "mm", "mm", "deg", "deg", "deg", "deg", "mm", "mm")
 LEAST_POSES = 6  # nine numbers, three from each place; more of them tell how far to trust the rest
 ROUNDS = 50
+TURNS_DEG = (0.0, 90.0, -90.0, 180.0)  # by which a joint's zero may be off
+BESIDE_HAND = 0.02  # of the reach: an arm that is found is not farther off, on average
+FAR_OFF = 1e5  # mm or degrees: no arm
 SURE = 3.0  # standard deviations that make a difference one
 WORTH_MM, WORTH_DEG = 1.0, 0.3  # less than that nobody mends
 LOOKED_DEG = (
@@ -73,7 +76,8 @@ class Registration:
         Raises
         ------
         StereoLabError
-            With fewer than six poses, something in them that is no number, or poses that do not tell the nine numbers apart.
+            With fewer than six poses, something in them that is no number, poses that do not tell the nine numbers apart, or
+            places that fit no arm.
         """
         angles, places = np.asarray(angles_N2, float), np.asarray(places_N3, float)
         if len(angles) < LEAST_POSES or angles.shape != (len(places), 2) or places.shape[1:] != (3,):
@@ -82,16 +86,13 @@ class Registration:
             )
         if not (np.isfinite(angles).all() and np.isfinite(places).all()):
             raise StereoLabError("An angle or a place of a pose is no finite number.")
-        weights = 1 / np.broadcast_to(np.asarray(sigmas_N3, float), places.shape).ravel()
-        values = cls.told(arm, depth_mm).values
-        _covariance(_slopes(values, angles))  # poses that tell too little are told before anything is fitted
-        for _ in range(ROUNDS):
-            slopes = _slopes(values, angles) * weights[:, None]
-            gaps = (places - _places(values, angles)).ravel() * weights
-            step = np.linalg.lstsq(slopes, gaps, rcond=None)[0]
-            values = values + step
-            if np.abs(step).max() < 1e-9:
-                break
+        with np.errstate(divide="ignore"):
+            weights = 1 / np.broadcast_to(np.asarray(sigmas_N3, float), places.shape).ravel()
+        if not np.isfinite(weights).all():
+            raise StereoLabError("How far a place may be off must be a number above zero.")
+        told = cls.told(arm, depth_mm).values
+        _covariance(_slopes(told, angles))  # poses that tell too little are told before anything is fitted
+        values = _fitted(told, angles, places, weights)
         covariance = _covariance(_slopes(values, angles) * weights[:, None])
         residuals = places - _places(values, angles)
         spread = np.sum((residuals.ravel() * weights) ** 2) / max(residuals.size - len(values), 1)
@@ -255,6 +256,30 @@ def _off(places, links_N2):
     """How far places, seen from where a link begins, are from it, (N,)."""
     along = np.clip(np.sum(places * links_N2, axis=1) / np.sum(links_N2**2, axis=1), 0, 1)
     return np.linalg.norm(places - along[:, None] * links_N2, axis=1)
+
+
+def _fitted(told, angles, places, weights):
+    """The nine values by Gauss-Newton steps: from the zeros as they are told, else from such as a switch on another side makes."""
+    best, least = None, np.inf
+    for turned in np.stack(np.meshgrid(TURNS_DEG, TURNS_DEG, indexing="ij"), -1).reshape(-1, 2):
+        values = told + np.array([0, 0, 0, 0, 0, *turned, 0, 0])
+        for _ in range(ROUNDS):
+            slopes = _slopes(values, angles) * weights[:, None]
+            step = np.linalg.lstsq(slopes, (places - _places(values, angles)).ravel() * weights, rcond=None)[0]
+            values = values + step
+            if np.abs(step).max() < 1e-9 or not np.abs(values).max() < FAR_OFF:
+                break
+        off_mm = float(np.linalg.norm(places - _places(values, angles), axis=1).mean())
+        if values[7:].min() > 0 and np.abs(values).max() < FAR_OFF and off_mm < least:
+            best, least = values, off_mm
+        if least < BESIDE_HAND * told[7:].sum():
+            break
+    if best is None:
+        raise StereoLabError(
+            "The places do not fit an arm of two links, wherever it stands. Is it homed, are its links as told, and did the hand hold the ball?"
+        )
+    best[5:7] = wrap(best[5:7])
+    return best
 
 
 def _slopes(values, angles_N2):

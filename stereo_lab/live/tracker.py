@@ -142,9 +142,11 @@ class Tracker:
 
     def _fits(self, place):
         """Whether a place may be that of the ball that is followed."""
-        if self._refused is not None and np.linalg.norm(_vector(place) - self._refused) < SAME_MM:
-            return False
         gap = _vector(place) - self._filter.statePre[:3, 0]
+        if self._refused is not None:
+            off_mm = np.linalg.norm(_vector(place) - self._refused)
+            if off_mm < min(SAME_MM, np.linalg.norm(gap)):  # that thing again, and not the ball
+                return False
         spread = self._filter.errorCovPre[:3, :3] + np.diag(np.square(_sigmas(place)))
         return float(gap @ np.linalg.solve(spread, gap)) < FAR
 

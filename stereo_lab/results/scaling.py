@@ -67,11 +67,13 @@ def _timed(pictures, calibration, color):
 
 
 def fitted(picture: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """A picture made as high as ``size`` (width, height), its sides drawn out by their last column where that is wider."""
+    """A picture made as high as ``size`` (width, height), its sides drawn out by their last column or cut off to that width."""
     wide, high = size
     scale = high / picture.shape[0]
     inner = cv2.resize(picture, (round(picture.shape[1] * scale), high), interpolation=cv2.INTER_LINEAR)
     beside = wide - inner.shape[1]
+    if beside < 0:
+        return np.ascontiguousarray(inner[:, -(beside // 2) :][:, :wide])
     return cv2.copyMakeBorder(inner, 0, 0, beside // 2, beside - beside // 2, cv2.BORDER_REPLICATE)
 
 
