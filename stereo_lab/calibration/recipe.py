@@ -85,11 +85,13 @@ def calibrate_views(
         dropped += [(view.name, OTHER_MOMENT) for view, same in zip(views, together, strict=True) if not same]
         views = [view for view, same in zip(views, together, strict=True) if same]
         fit = solve(rig, boards.some(together), views, shapes, size)
-        check_sides(fit.solution.rig)
         dropped += [(views[k].name, why_bad(fit, views[k], shapes)) for k in fit.bad]
         kept = [views[k] for k in fit.kept]
         quality = _quality(fit, kept, board, shapes, size, depth_mm)
-        check_focal(quality["focal_sigma_percent"], quality["rms_px"])
+        check_focal(
+            quality["focal_sigma_percent"], quality["rms_px"]
+        )  # first: untilted boards leave open where a camera stands
+        check_sides(fit.solution.rig)
         calibration = StereoCalibration(
             image_size=size, pairs=len(names), found=len(both),
             used=tuple(name for name in names if name in {view.name for view in kept if view.seen_by_both}),

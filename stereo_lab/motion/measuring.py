@@ -11,6 +11,11 @@ from numpy.typing import ArrayLike
 from stereo_lab.errors import StereoLabError
 from stereo_lab.motion.motors import Motor, advance, encoder_count
 
+TAU_S = (
+    0.002,
+    1.0,
+)  # a controller acts every 2 ms, and no gear motor takes a second: pushes that do not tell τ end at one of them
+
 
 @dataclass(frozen=True, eq=False)
 class DirectionFit:
@@ -63,6 +68,7 @@ class DirectionFit:
                 slopes.append((turns(*nudged) - model) / (guess[j] * 0.0001))
             step = np.linalg.lstsq(np.column_stack(slopes), turned - model, rcond=None)[0]
             guess = np.clip(guess + step, guess * 0.5, guess * 2)
+            guess[2] = np.clip(guess[2], *TAU_S)
         residuals = turns(*guess) - turned
         if not np.isfinite(residuals).all() or np.abs(residuals).max() > 0.2 * turned.max():
             raise StereoLabError(

@@ -99,7 +99,8 @@ def advance(
 ) -> tuple[float, float]:
     """Let a motor turn for some time under one voltage and one load; exact, by the solution of its equation.
 
-    At zero volts the motor is short-circuited, which brakes it.
+    At zero volts the motor is short-circuited, which brakes it. Where the limit of its current takes part, it is that of the speed
+    at the beginning: exact in short steps alone.
 
     Parameters
     ----------

@@ -142,6 +142,7 @@ def trapezoid_step(
 
 def trapezoid_s(way_deg: float, cruise_deg_s: float, acceleration_deg_s2: float) -> float:
     """How long such a motion takes, from rest to rest; a short one never reaches its cruise, and is a triangle."""
+    way_deg = abs(way_deg)
     if way_deg < cruise_deg_s**2 / acceleration_deg_s2:
         return 2 * math.sqrt(way_deg / acceleration_deg_s2)
     return way_deg / cruise_deg_s + cruise_deg_s / acceleration_deg_s2
