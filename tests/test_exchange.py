@@ -13,6 +13,7 @@ import yaml
 from stereo_lab import cli
 from stereo_lab.calibration import calibrate_recording
 from stereo_lab.capture import export_calibration, import_calibration
+from stereo_lab.doctor import check_recording
 from stereo_lab.errors import CalibrationError
 from stereo_lab.localization import Localizer
 from stereo_lab.recording import open_recording
@@ -208,3 +209,19 @@ def test_cameras_that_do_not_stand_side_by_side_are_refused(calibration, tmp_pat
 def test_no_points_are_no_points(calibration):
     for points in (calibration.rectify_points([], "left"), calibration.unrectify_points(np.zeros((0, 2)), "right")):
         assert points.shape == (0, 2)
+
+
+@pytest.mark.parametrize(("turned", "findings"), [(False, []), (True, [("sign", "costs")])])
+def test_a_mirrored_table_is_no_note_where_the_calibration_is_from_elsewhere(bench, files, tmp_path, turned, findings):
+    """Nobody knows how exact such cameras are: what a table does is weighed against what a ball's pixels do alone."""
+    for name in ("position", "depth"):
+        shutil.copytree(bench.path / name, tmp_path / "mine" / name)
+        table = tmp_path / "mine" / name / "measured.csv"
+        rows = [line.split(",") for line in table.read_text().splitlines()]
+        for row in rows[1:] if turned else []:
+            row[1] = f"{-float(row[1]):g}"
+        table.write_text("\n".join(map(",".join, rows)) + "\n")
+    shutil.copy(bench.path / "recording.json", tmp_path / "mine")
+    import_calibration(files[:1]).save(tmp_path / "mine" / "calibration.json")
+    checkup = check_recording(open_recording(tmp_path / "mine"))
+    assert [(f.name, f.severity) for f in checkup.findings] == findings

@@ -56,9 +56,8 @@ def check_recording(recording: Recording, progress: Progress | None = None) -> C
         findings = _look_at_balls(recording, cameras, clean, findings, say)
         clean = None if any(finding.name == "square_unit" for finding in findings) else clean
     least = clean
-    if clean is not None and not np.isfinite(
-        clean
-    ):  # cameras taken over from elsewhere: nobody tells how exact they are
+    if calibration is not None and clean is not None and not np.isfinite(clean):
+        # cameras taken over from elsewhere: nobody tells how exact they are
         least = noise_mm(calibration, depth)
     return Checkup(in_order([_weighed(finding, least) for finding in findings]), clean, depth)
 
