@@ -58,12 +58,9 @@ def code_name(folder: Path, chosen: str | None = None) -> str:
         known = read_json(path).get("code_name")
         if isinstance(known, str) and _is_name(known):
             return known
-    name = (
-        chosen
-        if chosen is not None
-        else f"{secrets.choice(FIRST.split())}-{secrets.choice(SECOND.split())}-{secrets.randbelow(900) + 100}"
-    )
-    write_json(path, {"code_name": _name(name)})
+    by_chance = f"{secrets.choice(FIRST.split())}-{secrets.choice(SECOND.split())}-{secrets.randbelow(900) + 100}"
+    name = _name(by_chance if chosen is None else chosen)
+    write_json(path, {"code_name": name})
     return name
 
 

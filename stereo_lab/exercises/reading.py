@@ -206,9 +206,8 @@ def without_reason(text: str) -> str:
 
 def before_reason(text: str) -> str:
     """What is said before words that begin a reason or what was not taken, and that begin nothing else."""
-    return re.split(r"\s(?:because|so that|instead of|rather than|to keep|to protect)\s", text, maxsplit=1, flags=re.I)[
-        0
-    ].rstrip(" ,;")
+    begins = r"\s(?:because|so that|instead of|rather than|to keep|to protect)\s"
+    return re.split(begins, text, maxsplit=1, flags=re.IGNORECASE)[0].rstrip(" ,;")
 
 
 def told_beside(answer: str, beside: Sequence[tuple[str, str]]) -> str:

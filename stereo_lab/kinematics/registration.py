@@ -28,9 +28,7 @@ BESIDE_HAND = 0.02  # of the reach: an arm that is found is not farther off, on 
 FAR_OFF = 1e5  # mm or degrees: no arm
 SURE = 3.0  # standard deviations that make a difference one
 WORTH_MM, WORTH_DEG = 1.0, 0.3  # less than that nobody mends
-LOOKED_DEG = (
-    2.0  # so far a joint turns between two looks at where the links are: the hand moves by a ball's radius or less
-)
+LOOKED_DEG = 2.0  # so far a joint turns between two looks at where the links are: the hand moves by less than a ball
 
 
 @dataclass(frozen=True, eq=False)
