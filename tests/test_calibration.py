@@ -355,3 +355,16 @@ def test_a_small_calibration_is_the_one_written_down(bench, choose):
     result = calibrate_stereo(bench.pairs("calibration")[choose], bench.board)
     name = f"calibrations/{choose.start} {choose.stop} {choose.step}"
     assert_as_written(name, facts_in_words(result), {"absolute": 0.03, "relative": 0.01})
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(7, 7), (9, 6), (8, 7)])
+def test_corners_of_both_cameras_are_in_one_order(columns, rows):
+    """A square board looks the same at every quarter of a turn, any other at half a turn."""
+    board = Board(columns, rows, 25.0)
+    for turn in np.linspace(-3, 3, 13):
+        across = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+        left = board.corners_mm[:, :2] @ across + 300
+        right = left - (60, 2)
+        for quarters in range(4) if columns == rows else (0, 2):
+            found = np.rot90(right.reshape(rows, columns, 2), quarters).reshape(-1, 2)
+            assert np.allclose(match_order(left, found, board), right)

@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 from conftest import ROOT
+from stereo_lab.classroom import grading
 from stereo_lab.classroom.desk import _ByNumber
 from stereo_lab.classroom.grading import LESSONS as NOTEBOOKS
-from stereo_lab.classroom.grading import solved, source_of
+from stereo_lab.classroom.grading import Graded, solved, source_of
 from stereo_lab.classroom.line import LONGEST_LINE
 from stereo_lab.classroom.marks import Mark, Row, kind_of_mistake, tally
 from stereo_lab.classroom.page import write_page
@@ -32,6 +33,7 @@ from stereo_lab.classroom.room import build_room
 from stereo_lab.classroom.store import Store
 from stereo_lab.classroom.table import read_teacher, write_table
 from stereo_lab.classroom.wire import DEEPEST, LARGEST_ARRAY, legible, pack, unpack
+from stereo_lab.cli import main
 from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises import LESSONS, ____, questions
 from stereo_lab.exercises.answers import NOT_ATTEMPTED, NOT_YET, PASS, Function, Number, judge
@@ -386,3 +388,21 @@ def test_the_page_shows_all_of_it_and_runs_nothing(tmp_path):
 def test_a_row_survives_the_file():
     assert all(Row.from_json(json.loads(json.dumps(row.as_json()))) == row for row in ROWS)
     assert dataclasses.is_dataclass(ROWS[0])
+
+
+def test_rows_of_a_lesson_that_is_not_there_any_more_are_told(tmp_path, monkeypatch, capsys):
+    put(tmp_path, "out/ada/03_world_coordinates.ipynb", kit())
+    table = tmp_path / "class.csv"
+    for lesson in ("00", "03"):
+        rows = [
+            Row(
+                "ada",
+                lesson,
+                "file",
+                "2026-10-05 12:00:00",
+                (Mark(PASS),) * len(questions(lesson, open_recording("bench"))),
+            )
+        ]
+        monkeypatch.setattr(grading, "grade", lambda *_, rows=rows: Graded(rows, "how", 1, []))
+        assert main(["grade", str(tmp_path / "out"), "--csv", str(table)]) == 0
+    assert "class.csv had rows of lesson 00" in capsys.readouterr().out

@@ -119,11 +119,16 @@ def _one_order(grey, corners, board):
 
 
 def match_order(left: np.ndarray, right: np.ndarray, board: Board) -> np.ndarray:
-    """The right camera's corners in the order of the left one's (the cameras stand upright, side by side)."""
+    """The right camera's corners in the order of the left one's (the cameras stand upright, side by side).
+
+    Turned by half a turn a board may look the same, and a square one by a quarter of a turn, too.
+    """
     if board.kind == CHARUCO:  # its markers have numbers
         return right
-    across = (left[-1] - left[0]) @ (right[-1] - right[0])
-    return right if across > 0 else np.ascontiguousarray(right[::-1])
+    grid = right.reshape(board.rows, board.columns, 2)
+    quarters = range(4) if board.rows == board.columns else (0, 2)
+    ways = [np.rot90(grid, k).reshape(-1, 2) for k in quarters]
+    return np.ascontiguousarray(max(ways, key=lambda way: np.sum((left - left.mean(0)) * way)))
 
 
 def check_board_size(pairs: Sequence[StereoPair], board: Board) -> None:

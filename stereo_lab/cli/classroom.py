@@ -78,7 +78,7 @@ def run_grade(options: argparse.Namespace) -> int:
         raise StereoLabError(f"Expected a number of notebooks at a time after --jobs, 1 or more; got {options.jobs}.")
     for target in filter(None, (options.csv, options.html)):
         check_target(target)
-    read_teacher(table)  # what is no class table is not written over
+    before = read_teacher(table)  # what is no class table is not written over
     recording = open_recording(options.recording)
     with Progress() as progress:
         graded = grade(
@@ -101,6 +101,10 @@ def run_grade(options: argparse.Namespace) -> int:
             print(f"  {count.name}  {count.passed} of {count.learners} passed, {count.not_attempted} not attempted")
             for why, number in count.fell_for[:3]:
                 print(f"       {number} of {count.learners}: {why}")
+    if gone := sorted({lesson for _, lesson in before} - set(lessons)):
+        print(
+            f"{table} had rows of lesson {', '.join(gone)}, of which nothing is in {options.folder}: they are not in it any more. Name a table for each folder."
+        )
     if others := not_looked_at(Path(options.folder)):
         print(f"Not looked at, for a notebook ends in .ipynb: {', '.join(others)}.")
     for line in graded.unknown:
