@@ -116,7 +116,7 @@ def _content(source):
         return {"cells": cells, "metadata": dict(notebook.get("metadata", {})), "nbformat": 4, "nbformat_minor": 5}
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise StereoLabError(
-            f"{source} cannot be read as a notebook. Open it in JupyterLab and save it, or: stereo-lab reset {source.name[:2]}"
+            f"{source} cannot be read as a notebook. Open it in JupyterLab and save it, or begin it anew: reset {source.name[:2]}, with --name as before."
         ) from None
 
 

@@ -32,7 +32,7 @@ def run_variant(options: argparse.Namespace) -> int:
     """Make the recording of one seat. The exit code is OK."""
     from stereo_lab.classroom.variants import make_variant
     from stereo_lab.cli.course import work_folder
-    from stereo_lab.cli.terminal import me
+    from stereo_lab.cli.terminal import me, whose
     from stereo_lab.work import SEAT, seat_of
 
     folder = work_folder(options.name)
@@ -48,11 +48,10 @@ def run_variant(options: argparse.Namespace) -> int:
     print(
         f"Squares of {recording.board.square_mm:g} mm, links of {recording.arm.l1_mm:g} and {recording.arm.l2_mm:g} mm."
     )
-    whose = f" --name {options.name}" if options.name else ""
     print(
         f'Open it by its name: open_recording("{out}").'
         if options.out
-        else f"The lessons open with it: {me()} start{whose}"
+        else f"The lessons open with it: {me()} start{whose(options.name)}"
     )
     return OK
 

@@ -9,7 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from stereo_lab.cli.terminal import OK, me, write_json_option
+from stereo_lab.cli.terminal import OK, me, whose, write_json_option
 from stereo_lab.errors import StereoLabError
 
 
@@ -26,7 +26,9 @@ def run_start(options: argparse.Namespace) -> int:
     made, older = lay_out(lessons, folder)
     print(f"Your lessons lie in {folder}" + (": they stay yours, and no newer kit writes over them." if made else "."))
     for name in older:
-        print(f"The kit has a newer {name}. Yours is kept; {me()} reset {name[:2]} gives the new one beside it.")
+        print(
+            f"The kit has a newer {name}. Yours is kept; {me()} reset {name[:2]}{whose(options.name)} gives the new one beside it."
+        )
     # An empty home has no list of fonts yet; made now, the first figure need not wait for it.
     fonts = subprocess.Popen([sys.executable, "-c", "import matplotlib.font_manager"], stderr=subprocess.DEVNULL)
     environment = {**os.environ, "STEREO_LAB_WORK": str(folder)}

@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from stereo_lab.cli.course import work_folder
-from stereo_lab.cli.terminal import OK, WANTING, Progress, me, write_json_option
+from stereo_lab.cli.terminal import OK, WANTING, Progress, me, whose, write_json_option
 
 
 def run_ready(options: argparse.Namespace) -> int:
@@ -39,7 +39,7 @@ def run_pack(options: argparse.Namespace) -> int:
     for name in left_out:
         print(f"Left out, for another system would not take it: {name}")
     name = f'"{out.name}"' if " " in out.name else out.name
-    print(f"On the other computer: {me()} unpack {name}")
+    print(f"On the other computer: {me()} unpack {name}{whose(options.name)}")
     return OK
 
 

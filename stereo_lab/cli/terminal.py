@@ -96,6 +96,11 @@ def typed(path: str) -> str:
     return f'"{path}"' if " " in str(path) else str(path)
 
 
+def whose(name: str | None) -> str:
+    """The end of a command for the folder of the one who is named: a command without it means another's."""
+    return f" --name {name}" if name else ""
+
+
 def me() -> str:
     """How the person called the kit: by lab.py, or by the command itself."""
     return os.environ.get("STEREO_LAB_COMMAND") or (shutil.which("stereo-lab") and "stereo-lab") or "python3 lab.py"

@@ -241,7 +241,7 @@ def rig_planner(ball_mm: float = 40.0) -> Panel:
         view = _plan_from_above(baseline_mm, depth_mm, angle_deg, both_mm, error_mm)
         nearest = f"a ball in the middle is seen by both from {baseline_mm * focal_px / width_px:.0f} mm on"
         return view, (
-            f"At {depth_mm} mm: depth ±{error_mm:.1f} mm (1 sigma), both see {both_mm:.0f} mm, the ball is "
+            f"At {depth_mm} mm: depth ±{error_mm:.{1 + (error_mm < 0.1)}f} mm (1 sigma), both see {both_mm:.0f} mm, the ball is "
             f"{ball_mm * focal_px / depth_mm:.0f} px wide; {nearest}."
         )
 
@@ -280,7 +280,7 @@ def _plan_from_above(baseline_mm, depth_mm, angle_deg, both_mm, error_mm):
     )
     if both_mm:
         along, up = to_px(depth_mm, -both_mm / 2)
-        place = along + 10, max(up + 5, 20)
+        place = along + 10, max(up - 8, 16)  # clear of the words for the error, in the middle
         cv2.putText(view, "both see", place, cv2.FONT_HERSHEY_SIMPLEX, 0.5, BLACK, 1, cv2.LINE_AA)
     for depth in range(500, int(FAR_MM), 500):
         cv2.putText(
