@@ -98,11 +98,9 @@ class RigidFit:
             raise StereoLabError("A coordinate of a point is no finite number.")
         for points in (camera, bench):
             spread = np.linalg.svd(points - points.mean(0), compute_uv=False)
-            if spread[1] < 1e-3 * spread[0] or spread[0] == 0:
+            if spread[1] <= 1e-3 * spread[0]:
                 raise StereoLabError("All samples lie on one line: move the ball sideways as well as in depth.")
-        sigma = (
-            np.ones_like(camera) if sigma_Nx3 is None else np.broadcast_to(np.asarray(sigma_Nx3, float), camera.shape)
-        )
+        sigma = np.broadcast_to(1.0 if sigma_Nx3 is None else np.asarray(sigma_Nx3, float), camera.shape)
         if not (np.isfinite(sigma).all() and (sigma > 0).all()):
             raise StereoLabError("Standard deviations of points must be numbers above zero.")
         (rotation, shift), scale = kabsch(camera, bench), 1.0

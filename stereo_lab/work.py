@@ -95,9 +95,10 @@ def reset(lessons: Path, folder: Path, lesson: str) -> tuple[Path, Path | None]:
     source = find(lessons, lesson)
     target = folder / source.name
     fresh = _clean_copy(source, seat_of(folder))
-    write_whole(target.with_suffix(".new"), fresh)  # a full disk is told before the old one is moved away
+    new = target.with_suffix(".new")
+    write_whole(new, fresh)  # a full disk is told before the old one is moved away
     kept = keep_beside(target) if target.exists() else None
-    target.with_suffix(".new").replace(target)
+    new.replace(target)
     mark(folder, {**copies_of(folder), source.name: digest_of(fresh)})
     return target, kept
 

@@ -88,9 +88,8 @@ def calibrate_views(
         dropped += [(views[k].name, why_bad(fit, views[k], shapes)) for k in fit.bad]
         kept = [views[k] for k in fit.kept]
         quality = _quality(fit, kept, board, shapes, size, depth_mm)
-        check_focal(
-            quality["focal_sigma_percent"], quality["rms_px"]
-        )  # first: untilted boards leave open where a camera stands
+        # Before the sides: untilted boards leave open where a camera stands
+        check_focal(quality["focal_sigma_percent"], quality["rms_px"])
         check_sides(fit.solution.rig)
         calibration = StereoCalibration(
             image_size=size, pairs=len(names), found=len(both),

@@ -17,6 +17,7 @@ import numpy as np
 import yaml
 
 from stereo_lab.calibration import StereoCalibration
+from stereo_lab.calibration.refusals import check_sides
 from stereo_lab.calibration.saved import ARRAYS, TAKEN_OVER, as_field
 from stereo_lab.common.files import read_bytes, write_json, write_whole
 from stereo_lab.errors import CalibrationError, StereoLabError
@@ -122,25 +123,27 @@ def import_calibration(files: Sequence[str | Path], unit: str = "mm") -> StereoC
     if not BASELINE_MM[0] <= baseline <= BASELINE_MM[1]:
         wish = "" if ros else " Say in which unit its translation is: --unit m, cm or inch."
         raise CalibrationError(f"{_named(texts)}: the two cameras would stand {baseline:.3g} mm apart.{wish}")
-    _check_sides(facts, texts)
     unknown = float("nan")
-    return StereoCalibration(
+    calibration = StereoCalibration(
         **facts, rms_px=unknown, left_rms_px=unknown, right_rms_px=unknown, vertical_error_px=unknown, focal_sigma_percent=unknown,
         heldout_vertical_error_px=None, heldout_length_error_percent=None, board_bend_mm=unknown, lens="brown",
         pairs=0, found=0, used=(), dropped=(), verdict="usable", made_from=TAKEN_OVER,
         reasons=(f"Taken over from {_named(texts)}. What it was made of is not here, so how good it is is not known.",),
     )  # fmt: skip
+    _check_sides(calibration.rig, texts)
+    return calibration
 
 
-def _check_sides(facts, texts):
-    """Refuse cameras one above the other, or the right one left of the other: nothing here could place a ball by them."""
-    step = -np.asarray(facts["rotation"]).T @ np.ravel(facts["translation_mm"])
-    if step[0] < np.abs(step[1]):
-        x, y, _ = (f"{part:.0f}" for part in step)
+def _check_sides(rig, texts):
+    """As boards of one's own are checked, in words for a file: nothing could place a ball by such cameras."""
+    try:
+        check_sides(rig)
+    except CalibrationError:
+        x, y, _ = (f"{part:.0f}" for part in -rig.rotation.T @ rig.translation)
         raise CalibrationError(
             f"{_named(texts)}: expected the right camera to stand to the right of the left one; by these it stands {x} mm to the right of it "
             f"and {y} mm below it. Were the two exchanged, or the translation turned round?"
-        )
+        ) from None
 
 
 def recording_of(calibration: StereoCalibration, folder: str | Path, ball: Ball) -> Recording:

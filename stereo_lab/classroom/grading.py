@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 
 import psutil
@@ -147,17 +147,23 @@ class _Examiners:
     def edition(self, lesson: str) -> str:
         """A lesson of this kit on this recording."""
         if lesson not in self._edition:
-            files = [*sorted(PACKAGE.rglob("*.py")), *LESSONS.glob(f"{lesson}_*.ipynb")]
-            whole = hashlib.sha256(f"{stereo_lab.__version__} {self.recording.path}".encode())
-            for file in sorted(path for path in self.recording.path.rglob("*") if path.is_file()):
-                if file.suffix in (".json", ".csv"):
-                    files.append(file)
-                else:  # a picture: its size tells it from another
-                    whole.update(f"{file.name} {file.stat().st_size}".encode())
-            for file in files:
+            whole = hashlib.sha256(self._kit.encode())
+            for file in LESSONS.glob(f"{lesson}_*.ipynb"):
                 whole.update(file.read_bytes())
             self._edition[lesson] = whole.hexdigest()[:16]
         return self._edition[lesson]
+
+    @cached_property
+    def _kit(self):
+        """A digest of what all lessons run on: the kit's own code, and the recording."""
+        whole = hashlib.sha256(f"{stereo_lab.__version__} {self.recording.path}".encode())
+        for file in sorted(path for path in self.recording.path.rglob("*") if path.is_file()):
+            whole.update(f"{file.name} {file.stat().st_size}".encode())  # a picture's size tells it from another
+            if file.suffix in (".json", ".csv"):
+                whole.update(file.read_bytes())
+        for file in sorted(PACKAGE.rglob("*.py")):
+            whole.update(file.read_bytes())
+        return whole.hexdigest()
 
     def open(self, folder: Path, papers: Iterable[Paper], progress: Callable[[str, int, int], None]) -> None:
         """Lay out the room, and see for each lesson that the reference passes and how long it takes."""

@@ -122,7 +122,6 @@ def _due(text):
 
 def _is_a_time(text):
     try:
-        time.strptime(text[:10], "%Y-%m-%d")
-        return not text[11:] or bool(time.strptime(text[11:], "%H:%M"))
+        return bool(time.strptime(text, "%Y-%m-%d %H:%M" if " " in text else "%Y-%m-%d"))
     except ValueError:
         return False

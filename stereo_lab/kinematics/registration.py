@@ -6,6 +6,7 @@ switch, its links by a millimetre. The hand takes the ball to some poses, the ca
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -259,7 +260,7 @@ def _off(places, links_N2):
 def _fitted(told, angles, places, weights):
     """The nine values by Gauss-Newton steps: from the zeros as they are told, else from such as a switch on another side makes."""
     best, least = None, np.inf
-    for turned in np.stack(np.meshgrid(TURNS_DEG, TURNS_DEG, indexing="ij"), -1).reshape(-1, 2):
+    for turned in itertools.product(TURNS_DEG, repeat=2):
         values = told + np.array([0, 0, 0, 0, 0, *turned, 0, 0])
         for _ in range(ROUNDS):
             slopes = _slopes(values, angles) * weights[:, None]

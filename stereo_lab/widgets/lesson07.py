@@ -139,10 +139,8 @@ class LiveCell(Running):
         for moment in moments:
             self.picture.value = jpeg(_drawn(moment))
             if moment.said != said or moment.number % SAID_EVERY == 0:
-                said, self.text.value = (
-                    moment.said,
-                    f"{moment.said}; {moment.latency_ms:.0f} ms from the picture to the order",
-                )
+                said = moment.said
+                self.text.value = f"{said}; {moment.latency_ms:.0f} ms from the picture to the order"
             self._glide()
             if why := self.why_it_ends(end):
                 return why

@@ -39,7 +39,8 @@ class MarkPanel(ipywidgets.VBox):
         if not shots:
             raise StereoLabError("There are no pictures to mark. Name a recording with a ball, or a film: shots_of(…).")
         self._shots, self._names, self._out, self._color = dict(shots), list(shots), Path(out), color
-        BallColor.named(color) if isinstance(color, str) else color  # a name that is none is told before all marking
+        if isinstance(color, str):
+            self._color = BallColor.named(color)  # a name that is none is told before all marking
         self.marks: dict[str, Mark] = read_marks(out) if Path(out).is_file() else {}
         self._at, self._center, self._moving = 0, None, False
         height, width = next(iter(shots.values())).shape[:2]
