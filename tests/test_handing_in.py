@@ -124,6 +124,15 @@ def test_what_is_forged_in_a_hand_in_is_passed_over(work, tmp_path, told):
     assert paper.lesson == "03" and "/" not in paper.learners[0] and paper.seat is None and paper.help in ({}, {1: {}})
 
 
+def test_half_an_emoji_does_not_stop_a_hand_in(work, tmp_path):
+    path = work / f"{STEM}.ipynb"
+    notebook = json.loads(path.read_text(encoding="utf-8"))
+    notebook["cells"][0]["source"] = "half \ud83d of it"
+    path.write_text(json.dumps(notebook), encoding="utf-8")
+    handed = hand_in(NOTEBOOKS, work, "03", tmp_path / "out")
+    assert "half ? of it" in handed.path.read_text(encoding="utf-8")
+
+
 def test_what_cannot_be_handed_in_is_said(work, tmp_path, capsys):
     assert main(["hand-in", "33"]) == 2 and "no lesson '33'" in capsys.readouterr().err
     assert main(["hand-in", "3", "--with", "no name!"]) == 2 and "code name" in capsys.readouterr().err

@@ -64,7 +64,8 @@ def hough_parameters(image: np.ndarray, color: str) -> Panel:
         for k, (u, v, radius) in enumerate(circles):
             cv2.circle(view, (round(u), round(v)), round(radius), (BLUE, ORANGE)[k > 0], 2, cv2.LINE_AA)
             cv2.drawMarker(view, (round(u), round(v)), (BLUE, ORANGE)[k > 0], cv2.MARKER_CROSS, 14, 2)
-        return view, f"{len(circles)} circles; the blue one has the most votes" if len(circles) else "no circle"
+        count = len(circles)
+        return view, f"{count} circle{'s' * (count > 1)}; the blue one has the most votes" if count else "no circle"
 
     return Panel(
         "Hough parameters",
