@@ -1,6 +1,7 @@
 """Make the kit's own environment, then run it.
 
 python3 lab.py              opens the course in JupyterLab, in a folder of your own (work)
+python3 lab.py --name ada   the same in ada's own folder (work-ada)
 python3 lab.py test         runs the tests
 python3 lab.py ANYTHING     runs `stereo-lab ANYTHING`
 python3 lab.py --offline FOLDER [ANYTHING]   sets up from a folder that `stereo-lab wheels` made, without a network
@@ -189,7 +190,8 @@ def step(command, what):
 
 def run(arguments):
     """Run `stereo-lab`, or open the course. Returns its exit code."""
-    command = [PYTHON, "-m", "stereo_lab"] + (arguments or ["start"])
+    opens = arguments[:1] in ([], ["--name"])
+    command = [PYTHON, "-m", "stereo_lab"] + (["start"] if opens else []) + arguments
     # The environment's own tools come first on the path, as in an activated environment.
     environment = dict(os.environ, PATH=BIN + os.pathsep + os.environ.get("PATH", ""), VIRTUAL_ENV=VENV)
     environment["STEREO_LAB_COMMAND"] = ME

@@ -701,6 +701,7 @@ def test_a_move_from_the_terminal_homes_an_arm_that_is_lost_but_not_for_a_goal_o
         (["torque"], 0, "2.7 times"), (["torque", "nowhere"], 2, "no folder"), (["virtual://arm", "fly"], 2, "no action"),
         (["virtual://arm", "home"], 0, "homed"), (["virtual://arm", "move", "30", "-45.5"], 0, "reached 30.0"),
         (["virtual://arm", "calibrate"], 0, "joint 2 clockwise"),
+        (["virtual://arm", "calibrate"], 0, "The arm hangs; now its motors go off."),
         (["virtual://arm", "monitor", "--seconds", "0.1"], 0, "0.0 s  off"),
         (["virtual://arm", "move", "30"], 2, "two angles"), (["virtual://arm", "move", "30", "x"], 2, "move, joint 2"),
         (["virtual://arm", "move"], 2, "two angles"), (["virtual://arm", "home", "3"], 2, "two angles"),

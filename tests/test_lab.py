@@ -108,3 +108,4 @@ def test_without_a_command_the_course_opens(lab, monkeypatch):
         lab.subprocess, "Popen", lambda command, **_: started.append(command) or namedtuple("c", "wait")(lambda: 0)
     )
     assert lab.run([]) == 0 and started[0][1:] == ["-m", "stereo_lab", "start"]
+    assert lab.run(["--name", "ada"]) == 0 and started[1][3:] == ["start", "--name", "ada"]

@@ -147,7 +147,7 @@ def test_register_on_the_command_line(tmp_path, capsys):
     )
     assert main(["arm", "virtual://arm", "register", str(rig), "--keep"]) == 0
     said = capsys.readouterr().out
-    assert "drawn" in said and "as they are told" in said and "registration.json" in said
+    assert "drawn" in said and "as they are told" in said and "registration.json" in said and "arm hangs" in said
     assert open_recording(rig).registration.values == pytest.approx(
         open_recording("bench").registration.values, abs=1.5
     )

@@ -115,7 +115,7 @@ def _arm_status(arm, options):
 def _arm_home(arm, options):
     print("The arm moves: homing both joints …", flush=True)
     reached = arm.home()
-    print(f"homed; joints at {_degrees((reached.theta1_deg, reached.theta2_deg))}")
+    print(f"homed; joints at {_degrees((reached.theta1_deg, reached.theta2_deg))}; now its motors go off")
     return {"angles_deg": [reached.theta1_deg, reached.theta2_deg]}
 
 
@@ -129,7 +129,7 @@ def _arm_move(arm, options):
     arm.goals_deg(goal)  # refuses what is out of range before anything moves
     _home_if_lost(arm)
     reached = arm.move_to(goal)
-    print(f"reached {_degrees((reached.theta1_deg, reached.theta2_deg))}")
+    print(f"reached {_degrees((reached.theta1_deg, reached.theta2_deg))}; now its motors go off")
     return {"angles_deg": [reached.theta1_deg, reached.theta2_deg]}
 
 
@@ -138,6 +138,15 @@ def _home_if_lost(arm):
     if not arm.homed:
         print("The arm moves: it does not know where it stands, so it homes both joints …", flush=True)
         arm.home()
+
+
+def _hang(arm):
+    """With the end of a command its motors go off, and only where it hangs it cannot fall."""
+    from stereo_lab.arm import JointAngles
+
+    with contextlib.suppress(ArmError):  # where hanging is out of its range, or it was stopped
+        arm.move_to(JointAngles(-90, 0))
+        print("The arm hangs; now its motors go off.")
 
 
 def _arm_calibrate(arm, options):
@@ -159,6 +168,7 @@ def _arm_calibrate(arm, options):
                 "time_constant_s": fit.time_constant_s, "worst_residual_deg": float(abs(fit.residuals_deg).max()),
             }  # fmt: skip
     print("The controller keeps these until it is switched off.")
+    _hang(arm)
     return facts
 
 
@@ -178,6 +188,7 @@ def _arm_register(arm, options):
         _home_if_lost(arm)
         print("The arm moves: with the ball in its hand to a dozen places …", flush=True)
         found = register(arm, recording.arm, recording.arm_depth_mm, lambda: localizer.locate(*cameras.read()))
+        _hang(arm)
     return _tell_registration(found, recording, options.keep)
 
 

@@ -191,7 +191,7 @@ def browser(names: Sequence[str] = BROWSERS) -> Line:
     ended, said = _run([paths[0], "--version"], 5.0)
     found = said.strip().splitlines()[-1] if ended == 0 and said.strip() else Path(paths[0]).name
     if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        return Line("browser", LOOK, f"{found}; no screen hangs on this computer", "Start with: lab.py start 00 -- --no-browser, and open the address that it prints.")  # fmt: skip
+        return Line("browser", LOOK, f"{found}; no screen hangs on this computer", "Start with: python3 lab.py start 00 -- --no-browser, and open the address that it prints.")  # fmt: skip
     return Line("browser", FIT, found)
 
 
