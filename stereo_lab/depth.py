@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from stereo_lab.errors import StereoLabError
 
 STEPS = 60
+NO_CURVE = "No curve a/(d − d0) + c comes near these samples: look at their depths and disparities."
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,14 @@ class OffsetDepth:
 
     @classmethod
     def fit(cls, disparity_px_N: ArrayLike, depth_mm_N: ArrayLike) -> OffsetDepth:
-        """Least squares by Gauss-Newton steps from d0 = 0; every sample counts in pixels, not in mm."""
+        """Least squares by Gauss-Newton steps from d0 = 0; every sample counts in pixels, not in mm.
+
+        Raises
+        ------
+        StereoLabError
+            If there are fewer than three samples at different depths, a disparity is not above zero, or no such curve
+            falls as depth does with disparity.
+        """
         d, depth = _samples(disparity_px_N, depth_mm_N)
         a, c = np.linalg.lstsq(np.column_stack([1 / d, np.ones_like(d)]), depth, rcond=None)[0]
         d0 = 0.0
@@ -99,12 +107,12 @@ class OffsetDepth:
             terms = np.column_stack([1 / gap, a / gap**2, np.ones_like(d)])
             error = depth - (a / gap + c)
             if not (np.isfinite(terms).all() and np.isfinite(error).all()):
-                raise StereoLabError(
-                    "No curve a/(d − d0) + c comes near these samples: look at their depths and disparities."
-                )
+                raise StereoLabError(NO_CURVE)
             step = np.linalg.lstsq(terms * weight[:, None], error * weight, rcond=None)[0]
             step *= min(1.0, 0.5 * gap.min() / max(abs(step[1]), 1e-12))  # never past the nearest sample
             a, d0, c = a + step[0], d0 + step[1], c + step[2]
+        if a <= 0:
+            raise StereoLabError(NO_CURVE)
         return cls(float(a), float(d0), float(c), a / (d - d0) + c - depth)
 
     def predict(self, disparity_px: ArrayLike) -> float | np.ndarray:

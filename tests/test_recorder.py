@@ -301,7 +301,8 @@ def test_the_lock_of_a_dead_recorder_is_taken_over(third_rig, folder):
     folder.close()
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait()
-    for left_behind in (str(gone.pid), "", "nonsense"):
+    restarted = f"{os.getpid()} 5.0"  # a process of today with the number of one from before a restart
+    for left_behind in (f"{gone.pid} 5.0", str(gone.pid), restarted, "", "nonsense"):
         (folder.path / folders.LOCK).write_text(left_behind)
         Folder(folder.path, third_rig.image_size, third_rig.board, third_rig.ball).close()
 

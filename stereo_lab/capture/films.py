@@ -17,8 +17,9 @@ import numpy as np
 from stereo_lab.capture.coverage import Coverage
 from stereo_lab.capture.folder import BOARDS, Folder
 from stereo_lab.capture.glance import Glance, glance
+from stereo_lab.common.files import whole_folder
 from stereo_lab.errors import RecordingError
-from stereo_lab.recording import USUAL_BALL, Ball, Board, Recording
+from stereo_lab.recording import USUAL_BALL, Ball, Board, Recording, open_recording
 from stereo_lab.recording.importing import check_new
 from stereo_lab.recording.video import count_frames, read_timed
 
@@ -201,12 +202,14 @@ def import_films(
             "The board never rests before both cameras: hold it still for a second at each of twenty places."
         )
     size = one.size
-    with Folder(out, size, board, ball or USUAL_BALL) as folder:
-        pictures = zip(_some(left, [k for k, _ in chosen]), _some(right, [k for _, k in chosen]), strict=True)
+    with whole_folder(Path(out)) as part, Folder(part, size, board, ball or USUAL_BALL) as folder:
+        pictures = zip(_some(left, [k for k, _ in chosen]), _some(right, [k for _, k in chosen]), strict=False)
         for done, (left_image, right_image) in enumerate(pictures, 1):
             folder.add_pair(BOARDS, left_image, fitted(right_image, size))
             say("take the pairs", done, len(chosen))
-        return folder.recording(), later
+        if len(folder.names(BOARDS)) < len(chosen):
+            raise RecordingError("A film gave fewer pictures the second time it was read. Save it anew, and try again.")
+    return open_recording(out), later
 
 
 def _some(path: str | Path, numbers: list[int]) -> Iterator[np.ndarray]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-import os
+import time
 from pathlib import Path
 
 import cv2
@@ -20,6 +20,8 @@ LOCK = ".recorder"
 ASIDE = "aside"  # halves of pairs whose other half was never written
 COLUMNS = "name", "x_mm", "y_mm", "depth_mm", "use"
 BOARDS = "calibration"
+WRITTEN_S = 0.2  # so long at most a lock is there and names nobody yet
+SAME_S = 2.0  # so exactly a system tells when a process began
 
 
 class Folder:
@@ -76,24 +78,25 @@ class Folder:
             )
 
     def _lock(self):
-        """A file with the number of this process; one that a dead process left behind is taken over."""
-        lock = self.path / LOCK
+        """A file that names this process; one that a dead process left behind is taken over."""
+        import psutil
+
+        lock, me = self.path / LOCK, psutil.Process()
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             for _ in range(2):
                 try:
                     with open(lock, "x", encoding="ascii") as file:
-                        file.write(str(os.getpid()))
+                        file.write(f"{me.pid} {me.create_time():.3f}")
                     self._locked = True
                     return
                 except FileExistsError:
-                    if _lives(_number_in(lock)):
-                        raise RecordingError(
-                            f"Another recorder is at work in {self.path}. End it, or name another folder."
-                        ) from None
+                    if _is_held(lock):
+                        break
                     lock.unlink(missing_ok=True)
         except OSError as error:
             raise RecordingError(f"Cannot write in {self.path}: {error.strerror or error}.") from None
+        raise RecordingError(f"Another recorder is at work in {self.path}. End it, or name another folder.")
 
     def _put_halves_aside(self):
         """Right pictures whose left one was not written any more go into a folder of their own."""
@@ -175,16 +178,16 @@ class Folder:
         self.close()
 
 
-def _number_in(lock):
-    """The process that a lock names; 0 where it names none."""
-    try:
-        return int(lock.read_text(encoding="ascii"))
-    except (OSError, ValueError):
-        return 0
-
-
-def _lives(process: int) -> bool:
-    """Whether a process of this computer is at work."""
+def _is_held(lock):
+    """Whether the process that a lock names is at work; after a restart its number may be another's, who began later."""
     import psutil
 
-    return process > 0 and psutil.pid_exists(process)
+    try:
+        words = lock.read_text(encoding="ascii").split()
+        if not words:  # another recorder may be about to write
+            time.sleep(WRITTEN_S)
+            words = lock.read_text(encoding="ascii").split()
+        number, began = int(words[0]), float(words[1])
+        return abs(psutil.Process(number).create_time() - began) < SAME_S
+    except (OSError, ValueError, IndexError, psutil.Error):
+        return False

@@ -86,6 +86,8 @@ class Recorder:
         said, taken = self._wish(frame.time_s, seen), ""
         if not said:
             said, taken = self._take(frame, seen)
+        if self._trouble:
+            said = f"{said} The pairs taken so far do not fit: {self._trouble}"
         self._calibrate()
         bars = self.coverage.bars()
         return State(frame.time_s, seen, said, taken, len(self.coverage.taken), bars, self._calibration)

@@ -28,9 +28,14 @@ def run_live(options: argparse.Namespace) -> int:
 
     if options.touch and options.arm is None:
         raise StereoLabError("--touch needs an arm: --arm virtual://arm, or the port of yours.")
+    if options.touch and options.seconds is not None:
+        raise StereoLabError(
+            "--touch ends with its third ball, and --seconds a run that follows. Choose one of the two."
+        )
     with contextlib.ExitStack() as stack:
-        source = stack.enter_context(open_source(options.source, rate_hz=options.rate))
-        recording = getattr(source, "recording", None) or open_recording(options.recording)
+        stage = open_recording(options.recording) if options.source.startswith("cameras:") else None
+        source = stack.enter_context(open_source(options.source, rate_hz=options.rate, recording=stage))
+        recording = stage or getattr(source, "recording", None) or open_recording(options.recording)
         localizer = Localizer.fit(recording, color=options.color)
         arm = None if options.arm is None else stack.enter_context(_arm(options.arm, recording))
         move_on = _set_the_stage(source, arm, options.touch)

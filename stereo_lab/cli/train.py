@@ -23,6 +23,7 @@ def run_train(options: argparse.Namespace) -> int:
     marks = read_marks(options.marks) if options.marks else None
     shots = shots_of(options.recording, options.set_name, marks or ())
     marks_proposed = marks is None
+    options.color = options.color or _usual_color(options.recording)
     if marks is None:
         marks = _proposed(options, shots)
     with Progress() as progress:
@@ -55,13 +56,17 @@ def _of_the_test(judged):
     return "\nAll pictures look alike, so this test means nothing: mark the ball in other places and other light."
 
 
+def _usual_color(recording):
+    """The name of the ball's colour where none is given: a film does not tell it."""
+    from stereo_lab.recording import is_video, open_recording
+
+    return "red" if recording is not None and is_video(recording) else open_recording(recording).ball.color
+
+
 def _proposed(options, shots):
     """The marks that a named colour proposes, told."""
     from stereo_lab.detection.marked import propose
-    from stereo_lab.recording import is_video, open_recording
 
-    film = options.recording is not None and is_video(options.recording)
-    options.color = options.color or ("red" if film else open_recording(options.recording).ball.color)
     names = list(shots)
     marks = {names[k]: circle for k, circle in propose(list(shots.values()), options.color).items()}
     if options.json != "-":

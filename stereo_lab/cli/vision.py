@@ -48,8 +48,11 @@ def run_calibrate(options: argparse.Namespace) -> int:
     if options.report:
         check_target(options.report)
     if options.swap:
-        alone = swap_sides(boards_of(recording))
-        print("The folders left and right are swapped.", file=sys.stderr)
+        boards = boards_of(recording)
+        theirs = [recording] if boards.path == recording.path else [boards, recording]
+        alone = swap_sides(*theirs)
+        named = " and ".join(str(each.path) for each in theirs)
+        print(f"The folders left and right of {named} are swapped.", file=sys.stderr)
         if alone:
             print(f"Pictures of one camera alone stay as they are: {', '.join(alone)}.", file=sys.stderr)
     with Progress() as progress:
@@ -71,11 +74,11 @@ def run_detect(options: argparse.Namespace) -> int:
     from stereo_lab.detection import BallDetector
     from stereo_lab.recording import is_video, read_image
 
-    pictures = [(path, read_image(path)) for path in options.images if not is_video(path)]
-    detector = BallDetector(_color(options, [image for _, image in pictures]), options.method)
+    pictures = [path for path in options.images if not is_video(path)]
+    detector = BallDetector(_color(options, pictures), options.method)
     rows = []
-    for path, image in pictures:
-        rows.append({"file": str(path), **_looked(detector, image)[0]})
+    for path in pictures:
+        rows.append({"file": str(path), **_looked(detector, read_image(path))[0]})
         _say(options, str(path), rows[-1]["detection"])
     for path in filter(is_video, options.images):
         rows += _watched(path, detector, options)
@@ -113,9 +116,10 @@ def _say(options, what, ball):
         print(f"{what}: {place}")
 
 
-def _color(options, images):
+def _color(options, pictures):
     """The colour asked for: marked in a table, by name, or by a name that marks itself in what is looked at."""
     from stereo_lab.detection import BallColor
+    from stereo_lab.recording import read_image
 
     if options.color_from:
         if options.learn:
@@ -125,7 +129,7 @@ def _color(options, images):
         return _color_from(options.color_from)
     if not options.learn:
         return BallColor.named(options.color)
-    shown = [*images, *_some_frames(options.images)]
+    shown = [*map(read_image, pictures), *_some_frames(options.images)]
     learned = BallColor.learned(shown, options.color)
     print(
         f"The colour is learned from {len(learned.marks)} balls that are surest to be {options.color}:", file=sys.stderr

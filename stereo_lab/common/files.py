@@ -21,6 +21,9 @@ import platformdirs
 from stereo_lab.errors import RecordingError, StereoLabError
 
 LARGEST_TEXT = 50_000_000  # bytes; the largest table or JSON file of the kit has less than a hundredth of it
+UMASK = os.umask(0)  # which rights a new file of this person does not get; it is read by setting it
+os.umask(UMASK)
+DECIMAL_COMMA = re.compile(r"\s*[-+−]?\d*,\d+\s*")
 LARGEST_FILE = 400_000_000  # bytes; more than an uncompressed picture of 100 megapixels has
 
 
@@ -126,7 +129,7 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())  # some disks tell only here that they are full
-        os.chmod(part, 0o644)
+        os.chmod(part, target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~UMASK)
         os.replace(part, target)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
@@ -149,13 +152,15 @@ def whole_folder(out: Path) -> Iterator[Path]:
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=f".{out.name}_", dir=out.parent) as made:
-            part = Path(made) / "whole"
+            part = Path(made) / out.name
             yield part
             if out.exists():  # an empty one
                 out.rmdir()
             os.replace(part, out)
     except OSError as error:
-        raise StereoLabError(f"Cannot write {out}: {error.strerror}. Name another place, or free some space.") from None
+        raise StereoLabError(
+            f"Cannot write {out}: {error.strerror or error}. Name another place, or free some space."
+        ) from None
 
 
 def write_json(path: str | Path, content: object) -> None:
@@ -269,7 +274,8 @@ def read_table(path: str | Path, columns: Sequence[str]) -> list[tuple[str, dict
         raise RecordingError(str(error)) from None
     except csv.Error as error:
         raise RecordingError(f"{path} is no table of plain text ({error}). Save it as CSV.") from None
-    return [(where, row) for where, row in filled if any((v or "").strip() for v in row.values() if isinstance(v, str))]
+    told = [(where, {name: _pointed(v) for name, v in row.items() if name is not None}) for where, row in filled]
+    return [(where, row) for where, row in told if any((v or "").strip() for v in row.values())]
 
 
 def with_row(path: str | Path, columns: Sequence[str], row: dict[str, str]) -> str:
@@ -299,11 +305,13 @@ def with_row(path: str | Path, columns: Sequence[str], row: dict[str, str]) -> s
 
 def _rows(text):
     """A reader of the lines, whichever sign stands between the columns."""
-    lines = text.splitlines()
-    delimiter = _delimiter(lines[0]) if lines else ","
-    if delimiter == ";":
-        lines = text.replace(",", ".").splitlines()
-    return csv.DictReader(lines, delimiter=delimiter)
+    first = text.splitlines()[0] if text else ""
+    return csv.DictReader(io.StringIO(text, newline=""), delimiter=_delimiter(first))
+
+
+def _pointed(text):
+    """A number with a decimal comma as one with a point; any other text as it is."""
+    return text.replace(",", ".") if text and DECIMAL_COMMA.fullmatch(text) else text
 
 
 def _delimiter(first_line):

@@ -46,7 +46,7 @@ class BallDetector:
     Parameters
     ----------
     color : BallColor, or the name of one, or the file of a ball that was learned (``stereo-lab train``)
-    method : "paper" or "cone"
+    method : "paper", which takes any disc for a ball, or "cone"; a drawn or printed disc without shade is none for it
     camera : (matrix 3x3, distortion), optional
         Intrinsics of the camera that took the pictures, for an exact cone; without them a usual webcam's.
     best_guess : bool
@@ -67,15 +67,14 @@ class BallDetector:
         ``image``: ndarray, shape (height, width, 3), BGR, uint8. ``near``: where the ball was seen last, or that one moved to
         where it is expected: it is looked for there first.
         """
-        image = check_image(image)
-        if self.method == "paper":
-            return detect_paper(image, self.color)
         found = self.first(image, near)
-        return None if found is None else self._surer(image, found)
+        return found and self._surer(image, found)
 
     def first(self, image: np.ndarray, near: Detection | None = None) -> Detection | None:
         """As :meth:`detect`, but an edge that scatters is not looked for again."""
         image = check_image(image)
+        if self.method == "paper":
+            return detect_paper(image, self.color)
         followed, enough = (None, False) if near is None else self._follow(image, near)
         if enough:
             return followed
@@ -99,7 +98,6 @@ class BallDetector:
 
     def detect_all(self, image: np.ndarray) -> list[Detection]:
         """Every ball of the colour, each judged as if it were the only one; best first."""
-        image = check_image(image)
         alone = [(ball, _probability(logit)) for ball, logit in self.weighed(image, most=100, everything=True)]
         return [self._surer(image, replace(ball, score=p)) for ball, p in alone if p >= BALL]
 
@@ -109,6 +107,8 @@ class BallDetector:
 
     def weighed(self, image: np.ndarray, most: int = 8, everything: bool = False) -> list[tuple[Detection, float]]:
         """The same with the logarithm of each one's odds against none: the other camera's picture can add its own evidence."""
+        if self.method == "paper":
+            raise StereoLabError("The paper's way finds one ball or none, no candidates. Use the method cone.")
         ranked = ranking(self.things(check_image(image), everything))[:most]
         return [(_detection(thing.cone, p), thing.logit) for thing, p in ranked]
 

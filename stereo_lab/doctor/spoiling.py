@@ -15,7 +15,7 @@ import numpy as np
 from stereo_lab.calibration import StereoCalibration, find_calibration
 from stereo_lab.common.files import write_whole
 from stereo_lab.errors import RecordingError
-from stereo_lab.recording import Recording, open_recording
+from stereo_lab.recording import Recording, open_recording, read_image
 from stereo_lab.recording.importing import check_new
 
 SETS = "calibration", "position", "depth"
@@ -69,7 +69,7 @@ def _sets(folder):
 
 def _each(files, change, quality=95):
     for file in files:
-        image = np.ascontiguousarray(change(cv2.imread(str(file))))
+        image = np.ascontiguousarray(change(read_image(file, grey_allowed=True)))
         how = [cv2.IMWRITE_JPEG_QUALITY, quality] if file.suffix == ".jpg" else []
         write_whole(file, cv2.imencode(file.suffix, image, how)[1].tobytes())
 

@@ -15,7 +15,7 @@ from stereo_lab.exercises.blank import is_blank
 from stereo_lab.exercises.mistakes import ROOT_BELOW_ZERO, of_a_function, of_bytes
 from stereo_lab.exercises.reading import as_numbers
 from stereo_lab.exercises.slips import do_alike, slip_in
-from stereo_lab.exercises.trying import NEAR
+from stereo_lab.exercises.trying import NEAR, called
 from stereo_lab.exercises.verdict import NOT_ATTEMPTED, NOT_YET, PASS, Verdict, Wrong
 from stereo_lab.exercises.wording import a_kind, in_plain_words, say
 
@@ -67,8 +67,7 @@ class Function:
         outputs: list[Any] = []
         for arguments in self.inputs:
             try:
-                with np.errstate(all="ignore"):  # numpy's warnings would stand beside what is said here
-                    output = answer(*(np.copy(a) if isinstance(a, np.ndarray) else a for a in arguments))
+                output = called(answer, arguments)
             except KeyboardInterrupt:
                 raise  # the learner stops a function that does not end
             except BaseException as error:  # SystemExit as well: it would end the notebook
@@ -225,7 +224,6 @@ def _has_a_blank(function):
 def _try(function, arguments):
     """What a function gives; None where it stops."""
     try:
-        with np.errstate(all="ignore"):
-            return function(*arguments)
+        return called(function, arguments)
     except Exception:  # in whatever way
         return None

@@ -75,13 +75,18 @@ def _path(name: str) -> Path:
 
 def _value(answer):
     """A number, a text or a row of them as Python writes it."""
-    if isinstance(answer, (np.ndarray, np.generic)):
-        answer = answer.tolist()
-    text = repr(answer)
+    text = repr(_plain(answer))
     if len(text) > LONGEST:
         raise TypeError("a picture, say, and no answer")
     ast.literal_eval(text)  # an object that only looks like a value is not kept
     return text
+
+
+def _plain(answer):
+    """Without numpy's own types, which Python's do not write as values."""
+    if isinstance(answer, (np.ndarray, np.generic)):
+        return answer.tolist()
+    return type(answer)(map(_plain, answer)) if type(answer) in (list, tuple) else answer
 
 
 def _function(function):

@@ -11,12 +11,17 @@ EXACT = 1e-9  # where another number might be near by chance
 NEAR = 1e-3  # so near, as a part of the value, two numbers are taken for one
 
 
+def called(function: Callable, arguments: tuple) -> Any:
+    """What a function gives for copies of the arguments, for it may write into them; numpy's warnings are not shown."""
+    with np.errstate(all="ignore"):
+        return function(*(np.copy(a) if isinstance(a, np.ndarray) else a for a in arguments))
+
+
 def numbers_of(function: Callable, arguments: tuple) -> np.ndarray | None:
     """What a function gives, in a row; None where it stops, or gives what is no finite number."""
     try:
         with np.errstate(all="ignore"):
-            value = function(*(np.copy(a) if isinstance(a, np.ndarray) else a for a in arguments))
-            numbers = np.asarray(value, float).ravel()
+            numbers = np.asarray(called(function, arguments), float).ravel()
     except Exception:
         return None
     return numbers if numbers.size and np.isfinite(numbers).all() else None

@@ -5,7 +5,7 @@ from stereo_lab.live.cameras import CameraSource
 from stereo_lab.live.film import poses_film, reach_film, run_film
 from stereo_lab.live.follower import Follower, Step, hand_to_ball
 from stereo_lab.live.run import Moment, run
-from stereo_lab.live.sources import Frame, RecordingSource, Source, StereoSource, look, open_source, stage_of
+from stereo_lab.live.sources import Frame, RecordingSource, StereoSource, look, open_source, stage_of
 from stereo_lab.live.touching import touch_in_turn
 from stereo_lab.live.tracker import Track, Tracker
 
@@ -16,7 +16,6 @@ __all__ = [
     "Frame",
     "Moment",
     "RecordingSource",
-    "Source",
     "Step",
     "StereoSource",
     "Track",

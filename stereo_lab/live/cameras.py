@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 from collections import deque
@@ -68,7 +69,7 @@ class CameraSource(StereoSource):
         try:
             for word, number in (("left", left), ("right", right)):
                 self._sides.append(_Side(word, number, size, rate_hz, open_capture, self._news, clock))
-        except StereoLabError:
+        except BaseException:
             self.close()
             raise
         for side in self._sides:
@@ -168,26 +169,36 @@ class _Side:
 
     def _run(self):
         while not self.stopped:
-            if self._capture is None:
-                self._sleep(AGAIN_S)
-                self._capture = None if self.stopped else self._open()
-                self.lock_asked = self.lock_asked or bool(self.locks)  # plugged in again, it decides by itself again
-                continue
-            if self.lock_asked:
-                self._lock()
             try:
-                good, picture = self._capture.read()
+                picture = self._next_picture()
             except Exception:  # whatever a driver raises, the camera is opened again
-                good, picture = False, None
+                picture = None
             now = self._clock()
-            if not good or picture is None:
-                self._trouble("gave no picture and was let go; it is opened again every second. Is it plugged in?")
-                self._capture.release()
-                self._capture = None
+            if picture is not None:
+                self._take(now, picture)
                 continue
-            self._take(now, picture)
+            self._trouble("gave no picture and was let go; it is opened again every second. Is it plugged in?")
+            self._let_go()
+            self._sleep(AGAIN_S)
+        self._let_go()
+
+    def _next_picture(self):
+        """What the camera gives next, opened again and held where that is asked for; None where it gives nothing."""
+        if self._capture is None:
+            self._capture = self._open()
+            self.lock_asked = self.lock_asked or bool(self.locks)  # plugged in again, it decides by itself again
+            if self._capture is None:
+                return None
+        if self.lock_asked:
+            self._lock()
+        good, picture = self._capture.read()
+        return picture if good else None
+
+    def _let_go(self):
         if self._capture is not None:
-            self._capture.release()
+            with contextlib.suppress(Exception):  # as above
+                self._capture.release()
+        self._capture = None
 
     def _lock(self):
         """Switch what the camera does by itself off, and keep the value that it had found."""

@@ -151,7 +151,7 @@ def read_log(path: str | Path) -> Run:
         If there is no such file, or it is no log of a run.
     """
     lines = read_bytes(path).decode("utf-8", errors="replace").split("\n")
-    rows = [_parsed(line) for line in lines if line.strip()]
+    rows = [record_of(line) for line in lines if line.strip()]
     head = rows[0] if rows else None
     if head is None or head.get("kind") != KIND:
         raise StereoLabError(f'{path} is no log of a run: its first line should say "kind": "{KIND}".')
@@ -163,7 +163,8 @@ def read_log(path: str | Path) -> Run:
     return Run(head, records, len(rows) - 1 - len(records))
 
 
-def _parsed(line):
+def record_of(line: str | bytes) -> dict[str, Any] | None:
+    """A record as it was written or sent; None where it is none."""
     try:
         row = json.loads(line)
     except (ValueError, RecursionError):

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 LEAST_HZ, MOST_HZ = 0.1, 1000.0  # pairs a second
 FILM = "track"  # the set of a recording whose pictures follow one another
+VGA = 640, 480  # px, what cameras are asked for where no recording tells
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +41,8 @@ class Frame:
     dropped: int = 0
 
 
-class Source(Protocol):
-    """What every cell asks of a source; :class:`StereoSource` brings the rest.
+class StereoSource(AbstractContextManager["StereoSource"]):
+    """What every cell asks of a source of pictures; it is closed by ``with``, and gives its frames to a ``for``.
 
     Attributes
     ----------
@@ -49,23 +50,6 @@ class Source(Protocol):
     size : (width, height), px
     rate_hz : float, how many pairs it gives a second
     """
-
-    name: str
-    size: tuple[int, int]
-    rate_hz: float
-
-    def read(self) -> Frame | None:
-        """The next pair; None where there are no more."""
-
-    def now(self) -> float:
-        """The time by the clock of its frames, seconds."""
-
-    def close(self) -> None:
-        """Let go of what it holds; more than once does no harm."""
-
-
-class StereoSource(AbstractContextManager["StereoSource"]):
-    """A source that is closed by ``with``, and gives its frames to a ``for``."""
 
     name: str
     size: tuple[int, int]
@@ -194,7 +178,7 @@ def check_rate(rate_hz: float) -> None:
 
 def open_source(
     name: str | Path = "bench",
-    size: tuple[int, int] = (640, 480),
+    size: tuple[int, int] | None = None,
     rate_hz: float = 30.0,
     fast: bool = False,
     recording: Recording | None = None,
@@ -208,10 +192,10 @@ def open_source(
     name : str or Path
         A recording's name or folder; or ``cameras:0,1``, the numbers of the left and the right camera, or the
         addresses that OpenCV opens as such; or ``virtual``, ``virtual:NAME`` for the bench of another recording.
-    size : (width, height), px, what cameras are asked for
+    size : (width, height), px, what cameras are asked for; without it that of the recording, else 640 x 480
     rate_hz : float, pairs a second that cameras are asked for, or that are drawn
     fast : bool, every pair of a recording or of the virtual bench, as fast as they are asked for
-    recording : Recording, optional, whose bench ``virtual`` is
+    recording : Recording, optional, whose bench ``virtual`` is, and whose cameras ``cameras`` are
     arm : Arm, optional
         A virtual one is drawn on the virtual bench; where its time is its own, the bench keeps that time, too.
     late : int, so many pictures later the virtual bench hands a pair over, as webcams do
@@ -245,7 +229,7 @@ def open_source(
     if len(sides) != 2 or not all(sides) or sides[0] == sides[1]:
         raise StereoLabError(f"Expected two different cameras, as in cameras:0,1; got {words!r}.")
     left, right = (int(side) if side.isdecimal() else side for side in sides)
-    return CameraSource(left, right, size, rate_hz)
+    return CameraSource(left, right, size or (VGA if recording is None else recording.image_size), rate_hz)
 
 
 def stage_of(name: str, recording: Recording) -> Recording:
@@ -285,7 +269,7 @@ def look(name: str, recording: Recording, pair: StereoPair) -> Frame:
         return Frame(0.0, pair.left, pair.left if pair.right_path is None else pair.right)
     if name != "virtual" and not name.startswith("cameras:"):
         raise StereoLabError(f'Expected "recording", "virtual" or "cameras:0,1"; got {name!r}.')
-    with open_source(name, recording.image_size, recording=recording) as source:
+    with open_source(name, recording=recording) as source:
         frame = source.read()
     if frame is None:
         raise StereoLabError(f"{name} gave no pictures.")

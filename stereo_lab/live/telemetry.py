@@ -19,6 +19,7 @@ from typing import Any
 
 from stereo_lab.common.packages import to_install
 from stereo_lab.errors import StereoLabError
+from stereo_lab.live.log import record_of
 
 PORT, TLS_PORT, TOPIC = 1883, 8883, "stereo_lab"
 KEPT = 100  # records that wait while the broker is away; after that the oldest is dropped
@@ -225,11 +226,8 @@ class Watch(_Link):
 
     def _heard(self, _client, _data, message):
         _, name, what = message.topic.split("/")
-        try:
-            told = json.loads(message.payload)
-        except ValueError:
-            return
-        if not isinstance(told, dict):
+        told = record_of(message.payload)
+        if told is None:
             return
         bench = self.benches.setdefault(name, Bench())
         if what == "status":
@@ -254,10 +252,18 @@ class Watch(_Link):
             numbers = " ".join(_number(r.get(key), 7) for key in ("x_mm", "y_mm", "depth_mm"))
             rows.append(
                 f"{name[:16]:16s} {bench.state[:8]:8s} {f'{ago:.0f} s' if ago < 1e4 else '-':>5s} {numbers} "
-                f"{_number(r.get('rate_hz'), 5)} {_number(r.get('cpu_percent'), 4)}%  {str(r.get('said', ''))[:40]}"
+                f"{_number(r.get('rate_hz'), 5)} {_number(r.get('cpu_percent'), 4)}%  {_legible(r.get('said', ''))}"
             )
         return rows
 
 
+def _legible(words):
+    """The first words of a message, without what a terminal would obey."""
+    return "".join(letter for letter in str(words)[:40] if letter.isprintable())
+
+
 def _number(value, wide):
-    return f"{value:{wide}.0f}" if isinstance(value, int | float) else f"{'-':>{wide}s}"
+    try:
+        return f"{value:{wide}.0f}" if isinstance(value, int | float) else f"{'-':>{wide}s}"
+    except OverflowError:  # a whole number larger than any float
+        return f"{'-':>{wide}s}"

@@ -6,7 +6,6 @@ import glob
 import os
 import re
 import shutil
-import tempfile
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from stereo_lab.common.files import natural_key, write_json
+from stereo_lab.common.files import natural_key, whole_folder, write_json
 from stereo_lab.errors import RecordingError
 from stereo_lab.recording.bounds import color_name
 from stereo_lab.recording.model import Recording
@@ -117,25 +116,11 @@ def _imported(halves, board, out, ball):
 
 
 def _build_whole(out, halves, facts):
-    """Fill a temporary folder beside ``out``, then rename it."""
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        part = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
-    except OSError as error:
-        raise RecordingError(f"Cannot write beside {out}: {error.strerror or error}.") from None
-    try:
+    with whole_folder(out) as part:
         for index, pair in enumerate(halves):
             for side, path in zip(("left", "right"), pair, strict=True):
                 _copy_picture(path, part / "calibration" / side / f"{index:03d}")
         write_json(part / "recording.json", facts)
-        part.chmod(0o755)
-        if out.exists():
-            out.rmdir()
-        part.rename(out)
-    except OSError as error:
-        raise RecordingError(f"Cannot write {out}: {error.strerror or error}.") from None
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
 
 
 def _copy_picture(picture, target):

@@ -8,8 +8,8 @@ from stereo_lab.errors import RecordingError
 from stereo_lab.recording.model import Recording
 
 
-def swap_sides(recording: Recording) -> list[str]:
-    """Rename the folders ``left`` and ``right`` of every set that has both into each other.
+def swap_sides(*recordings: Recording) -> list[str]:
+    """Rename the folders ``left`` and ``right`` of every set that has both into each other: in all recordings, or in none.
 
     Returns
     -------
@@ -19,14 +19,15 @@ def swap_sides(recording: Recording) -> list[str]:
     Raises
     ------
     RecordingError
-        If the recording is a rendered one, whose truth names the sides, or a folder cannot be renamed; then all
+        If one is a rendered recording, whose truth names the sides, or a folder cannot be renamed; then all
         folders are as they were before.
     """
-    if recording.truth:
-        raise RecordingError(
-            f"{recording.path} brings truth.json, which names the sides: its folders stay as they are."
-        )
-    sets = [recording.path / name for name in recording.sets]
+    for recording in recordings:
+        if recording.truth:
+            raise RecordingError(
+                f"{recording.path} brings truth.json, which names the sides: its folders stay as they are."
+            )
+    sets = [recording.path / name for recording in recordings for name in recording.sets]
     both = [folder for folder in sets if (folder / "right").is_dir()]
     done = []
     try:
@@ -38,7 +39,7 @@ def swap_sides(recording: Recording) -> list[str]:
         for before_path, after_path in reversed(done):
             os.rename(after_path, before_path)
         raise RecordingError(
-            f"The folders of {recording.path} cannot be renamed: {error.strerror}. Close what shows their pictures, or "
+            f"{error.filename} cannot be renamed: {error.strerror}. Close what shows their pictures, or "
             "copy the recording to a folder that may be written."
         ) from None
     return [folder.name for folder in sets if folder not in both]

@@ -59,7 +59,11 @@ class Panel(Pictured):
         return self._controls[name]
 
     def _change(self, _=None):
-        image, text = self._draw(**{name: control.value for name, control in self._controls.items()})
+        try:
+            image, text = self._draw(**{name: control.value for name, control in self._controls.items()})
+        except StereoLabError as error:  # the picture stays that of the last choice that could be drawn
+            self.text.value = str(error)
+            return
         self.picture.value = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, 88])[1].tobytes()
         self.text.value = text
 

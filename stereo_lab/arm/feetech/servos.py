@@ -77,8 +77,6 @@ class ServoController:
     fault : str, as :class:`stereo_lab.arm.protocol.Status` has it
     """
 
-    by_rule = False
-
     def __init__(self, bus: Bus, ids: Sequence[int], clock: Callable[[], float]) -> None:
         self.bus, self.clock, self.start = bus, clock, clock()
         self.enabled, self.stopped, self.fault = False, False, "-"
@@ -169,6 +167,15 @@ class ServoController:
         if name not in ("lo", "hi", "cruise", "acc"):
             raise wire.ProtocolError(wire.ARGUMENT)
         self.joints[j].parameters[name] = value
+
+    def follow_rule(self, on: bool) -> None:
+        """A servo moves by its own profile, by no rule."""
+        if on:
+            raise wire.ProtocolError(wire.COMMAND)
+
+    def report_every(self, milliseconds: int) -> None:
+        """Send a status by itself every so often, first after that time; 0: never."""
+        self.report_ms, self.reported_s = milliseconds, self.clock()
 
     def must_rest(self) -> None:
         """Refuse what may not happen while anything moves."""

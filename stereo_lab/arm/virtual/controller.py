@@ -149,6 +149,12 @@ class Controller:
         joint.retune()
         self._keep_holding()
 
+    def follow_rule(self, on: bool) -> None:
+        """Move by the paper's rule from now on, or by a profile."""
+        self.must_rest()
+        self.by_rule = on
+        self.halt(hold=True)
+
     def report_every(self, milliseconds: int) -> None:
         """Send a status by itself every so often, first after that time; 0: never."""
         self.report_ms, self.reported_ticks = milliseconds, self.time_ticks

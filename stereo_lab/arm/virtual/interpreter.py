@@ -139,9 +139,7 @@ class Interpreter:
     def _mode(self, word):
         if word not in ("pid", "rule"):
             raise wire.ProtocolError(wire.ARGUMENT)
-        self.controller.must_rest()
-        self.controller.by_rule = word == "rule"
-        self.controller.halt(hold=True)
+        self.controller.follow_rule(word == "rule")
 
     def _report(self, milliseconds):
         self.controller.report_every(_period(milliseconds, 20))
