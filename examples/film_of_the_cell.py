@@ -1,6 +1,6 @@
 """A short film of the whole cell: two drawn cameras, a ball that moves, an arm that follows it.
 
-    python examples/film_of_the_cell.py docs/follow.webp
+    .venv/bin/python examples/film_of_the_cell.py docs/follow.webp
 
 The README opens with it. What is written under the pictures is what the localizer finds in them.
 """

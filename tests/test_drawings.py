@@ -2,6 +2,7 @@
 
 import csv
 import math
+import re
 from dataclasses import replace
 
 import pytest
@@ -16,11 +17,31 @@ PLYWOOD_G_MM3 = 0.7e-3  # birch
 WASHER_MM = 1.0
 
 
-@pytest.mark.parametrize("name", ["front", "layers", "template"])
+@pytest.mark.parametrize("name", ["front.svg", "layers.svg", "template.svg", "template.html"])
 def test_drawings_are_those_of_the_script(name, tmp_path):
     drawings.main(tmp_path)
-    drawn = (ROOT / f"stereo_lab/firmware/{name}.svg").read_text(encoding="utf-8")
-    assert (tmp_path / f"{name}.svg").read_text(encoding="utf-8") == drawn, "run stereo_lab/firmware/drawings.py"
+    drawn = (ROOT / f"stereo_lab/firmware/{name}").read_text(encoding="utf-8")
+    assert (tmp_path / name).read_text(encoding="utf-8") == drawn, "run stereo_lab/firmware/drawings.py"
+
+
+def test_the_sheets_cover_the_template_once():
+    """Edge on edge, each as large as its part of the drawing is: a millimetre is a millimetre."""
+    page = (ROOT / "stereo_lab/firmware/template.html").read_text(encoding="utf-8")
+    parts = re.findall(
+        r'width="([\d.]+)mm" height="([\d.]+)mm" role="img" viewBox="([\d.]+) ([\d.]+) ([\d.]+) ([\d.]+)"', page
+    )
+    whole = (ROOT / "stereo_lab/firmware/template.svg").read_text(encoding="utf-8")
+    wide, high = map(float, re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', whole).groups())
+    places = {(float(x), float(y)) for *_, x, y, _, _ in parts}
+    across, down = drawings.SHEET_MM
+    assert all((w, h) == (a, b) for w, h, _, _, a, b in parts) and len(places) == len(parts)
+    assert places == {
+        (x * across, y * down) for x in range(math.ceil(wide / across)) for y in range(math.ceil(high / down))
+    }
+    assert across <= min(210, 216) - 20 and down <= min(297, 279) - 20 - 8  # of A4 and Letter, with a line of words
+    for x, y, radius in re.findall(r'<circle cx="([\d.]+)" cy="([\d.]+)" r="([\d.]+)"', whole):
+        for at, part in ((float(x), across), (float(y), down)):
+            assert (at - float(radius)) // part == (at + float(radius)) // part, "a hole is cut"
 
 
 def test_pegs_meet_at_the_end_stops():

@@ -1,6 +1,7 @@
 """Drawings of the arm, to scale, from its own numbers: ``python drawings.py [FOLDER]``.
 
-Writes front.svg, layers.svg and template.svg beside itself, or into a folder. Lengths, limits, switches and end stops are
+Writes front.svg, layers.svg and template.svg beside itself, or into a folder, and template.html, the last one on sheets
+that a browser prints. Lengths, limits, switches and end stops are
 those of the kit's arm; belts, pulleys and boards stand below. Who builds another arm changes a number and draws again.
 """
 
@@ -30,6 +31,11 @@ SWITCH_ASIDE_MM, SWITCH_OFF_MM = (
 )  # how far it sits before the place where it closes, and beside the way of the peg
 SWITCH_MOVED_MM = (complex(-2.2, 0), complex(-3, -2.7))  # so that the peg comes across its lever, and not along it
 LEVER_MM, LEVER_DEG = 17.0, 10.0  # its lever, and how that stands off its side
+SHEET_MM = (180.0, 190.0)  # of the template on one sheet, A4 or Letter; no hole is cut
+HEAD = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>{told}</title>
+<style>@page {{ margin: 10mm }} body {{ margin: 0; font: 9pt sans-serif }} p {{ margin: 0 0 1mm }}
+section {{ break-after: page; break-inside: avoid }} svg {{ display: block }}</style></head><body>"""
 PLAY_MM = 4.0  # how far a motor can be pushed along its belt
 BLACK, BLUE, ORANGE, GREEN, RED, WOOD, NUT = "#000000", "#0072B2", "#E69F00", "#009E73", "#D55E00", "#F3E3C3", "#E8A07A"
 NUT_MM, THIN_NUT_MM = 4.0, 2.7  # how high a nut M5 is, and a thin one
@@ -135,14 +141,39 @@ class Svg:
             f'<text x="{tx}" y="{ty}" font-size="{size}" text-anchor="{anchor}" fill="{color}">{words}</text>'
         )
 
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height, mm."""
+        return self.high[0] - self.low[0], self.high[1] - self.low[1]
+
     def write(self, path: Path, told: str) -> None:
         """As a file; a millimetre is a millimetre when it is printed at 100 percent."""
-        wide, high = self.high[0] - self.low[0], self.high[1] - self.low[1]
+        wide, high = self.size
         head = (
             f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide:g}mm" height="{high:g}mm" viewBox="0 0 {wide:g} {high:g}" '
             f'font-family="sans-serif" role="img" aria-label="{told}">\n<rect width="{wide:g}" height="{high:g}" fill="#fff"/>\n'
         )
         path.write_text(head + "\n".join(self.parts) + "\n</svg>\n", encoding="utf-8")
+
+
+def sheets(drawing: Svg, path: Path, told: str) -> None:
+    """A drawing cut into sheets for a printer, each in a frame along which it is cut; the frames lie edge on edge."""
+    (wide, high), (across, down) = drawing.size, SHEET_MM
+    columns, rows = math.ceil(wide / across), math.ceil(high / down)
+    pages = []
+    for k in range(columns * rows):
+        row, column = divmod(k, columns)
+        shared = '<g id="all">' + "\n".join(drawing.parts) + "</g>" if k == 0 else '<use href="#all"/>'
+        pages.append(
+            f"<section><p>Row {row + 1} of {rows}, column {column + 1} of {columns}. Print at 100 percent: the frame is "
+            f"{across:g} mm wide. Cut along it.</p>\n"
+            f'<svg xmlns="http://www.w3.org/2000/svg" width="{across:g}mm" height="{down:g}mm" role="img" '
+            f'viewBox="{column * across:g} {row * down:g} {across:g} {down:g}" font-family="sans-serif" '
+            f'aria-label="{told}, row {row + 1}, column {column + 1}">\n{shared}\n<rect x="{column * across:g}" '
+            f'y="{row * down:g}" width="{across:g}" height="{down:g}" fill="none" stroke="#000" stroke-width="0.4"/>\n</svg></section>'
+        )
+    page = "\n".join([HEAD.format(told=told), *pages, "</body></html>"])
+    path.write_text(page + "\n", encoding="utf-8")
 
 
 def around(radius: float, degrees: float, center: tuple[float, float] = (0.0, 0.0)) -> tuple[float, float]:
@@ -347,7 +378,7 @@ def template(arm: TwoLinkArm, folder: Path) -> None:
     s.area([(x, y - 70) for x, y in bar((0, 0), 0, 0, arm.l2_mm)], "none")
     s.text(arm.l2_mm / 2, -48, "link 2, once: mm from the elbow's axle", 6, "middle")
     _hole(s, 0, -70, 8, "0: axle 8", "end")
-    _hole(s, arm.l2_mm, -70, 3, f"{arm.l2_mm:g}: hand 3", "end")
+    _hole(s, arm.l2_mm, -70, 3.2, f"{arm.l2_mm:g}: hand 3.2", "end")
     _peg(s, radius2, -70, f"{radius2:.1f}: peg")
     s.area([(12, -80), (27, -80), (27, -60), (12, -60)], "none")
     s.text(31, -68, "piece on the front, 20 x 15", 5)
@@ -379,7 +410,9 @@ def template(arm: TwoLinkArm, folder: Path) -> None:
         s.line([(at - 100, -310), (at - 100, -303 if at % 50 == 0 else -307)])
     s.text(6, -311, "100 mm: measure this line after printing", 6)
     s.text(l1 + 40, -320, f"red: pegs, {PEG_MM:g} mm, and switches (set them with the pegs in place)", 6, "end", RED)
-    s.write(folder / "template.svg", "Templates of the links and of the holes in both boards, at full size")
+    told = "Templates of the links and of the holes in both boards, at full size"
+    s.write(folder / "template.svg", told)
+    sheets(s, folder / "template.html", told)
 
 
 def rectangle(middle: tuple[float, float], size: tuple[float, float], along_deg: float) -> list[tuple[float, float]]:

@@ -12,6 +12,7 @@ from stereo_lab.errors import ArmError
 
 ID, MAX_TORQUE, LOCK, HERE_IS_THE_MIDDLE = 5, 16, 55, b"\x80"
 TORQUE_PERMILLE = 500  # half of what it can: enough for the light arm, and kinder to fingers and gears
+ZERO = {1: "link 1 points right, as the cameras see it", 2: "link 2 goes straight on from link 1"}
 SAVING_S = 0.05  # so long it takes to keep a value
 
 
@@ -55,7 +56,7 @@ def set_up(
     if not ask(f"Make the servo with id {old} that of joint {joint} (id {joint}, half of its torque)?"):
         return False
     bus.write(old, TORQUE, b"\0")
-    if not ask("Turn the joint by hand to 0 degrees, as the drawing shows it. Is it there?"):
+    if not ask(f"Turn the joint by hand to 0 degrees: {ZERO[joint]}. Is it there?"):
         return False
     bus.write(old, LOCK, b"\0")
     sleep(SAVING_S)
