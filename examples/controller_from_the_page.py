@@ -789,7 +789,7 @@ def main():
     arm = SimpleArm()
     with socket.create_server(("127.0.0.1", parser.parse_args().port)) as server, suppress(KeyboardInterrupt):
         server.setblocking(False)
-        print("The arm listens on socket://localhost:{}; Ctrl-C ends it.".format(server.getsockname()[1]), flush=True)
+        print(f"The arm listens on socket://localhost:{server.getsockname()[1]}; Ctrl-C ends it.", flush=True)
         _serve(server, Controller(arm), arm)
 
 

@@ -124,7 +124,8 @@ def _samples(disparity, depth):
     d, depth = np.asarray(disparity, float).ravel(), np.asarray(depth, float).ravel()
     if len(d) != len(depth) or len(d) < 3 or len(np.unique(d.round(6))) < 3:
         raise StereoLabError(
-            f"Expected three samples or more at different depths; got {len(d)} disparities and {len(depth)} depths."
+            f"Expected three samples or more at different depths; got {len(d)} disparities, {len(np.unique(d.round(6)))} of "
+            f"them different, and {len(depth)} depths."
         )
     if not (np.isfinite(d).all() and np.isfinite(depth).all() and (d > 0).all()):
         raise StereoLabError("A disparity is not a number above zero: are left and right swapped?")

@@ -20,9 +20,11 @@ from stereo_lab.calibration import store
 from stereo_lab.cli import main
 from stereo_lab.common.files import read_json, read_table, write_whole
 from stereo_lab.common.threads import one_thread
+from stereo_lab.depth import OffsetDepth
 from stereo_lab.detection import BallColor, BallDetector
 from stereo_lab.errors import RecordingError, StereoLabError
-from stereo_lab.exercises import progress
+from stereo_lab.exercises import progress, questions
+from stereo_lab.localization import Localizer
 from stereo_lab.recording import Ball, Board, import_images, open_recording, read_image
 
 FACTS = {
@@ -517,7 +519,7 @@ def test_a_decimal_comma_is_no_new_column(tmp_path):
     assert read_table(table, ("name", "x_mm"))[0][1]["x_mm"] == "115.5"
 
 
-@pytest.mark.parametrize("word", ["Fit", "test"])
+@pytest.mark.parametrize("word", ["fits", "test"])
 def test_what_a_measured_pair_is_for_is_one_of_two_words(tmp_path, word):
     shutil.copytree(ROOT / "data" / "third_rig", tmp_path / "mine")
     table = tmp_path / "mine" / "depth" / "measured.csv"
@@ -617,3 +619,98 @@ def test_render_says_what_is_missing(tmp_path, monkeypatch, capsys):
     said = refused(capsys, "render", "bench", "--out", tmp_path / "out")
     assert "DRJIT_LIBLLVM_PATH" in said or "mitsuba" in said
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_name_that_is_no_text_is_written_as_an_escape(tmp_path):
+    write_whole(tmp_path / "a.json", json.dumps({"file": "Zo\udceb.jpg"}, ensure_ascii=False))
+    assert read_json(tmp_path / "a.json") == {"file": "Zo\udceb.jpg"}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows knows no such rights")
+def test_a_file_keeps_its_rights(tmp_path):
+    mine = tmp_path / "mine"
+    mine.write_text("a")
+    mine.chmod(0o600)
+    write_whole(mine, "b")
+    assert mine.stat().st_mode & 0o777 == 0o600 and mine.read_text() == "b"
+
+
+def test_commas_of_a_table_with_semicolons(tmp_path):
+    table = tmp_path / "a.csv"
+    table.write_text('name;x\n"ball, left";1,5\n"two\nlines";-2,25\n', encoding="utf-8")
+    rows = [row for _, row in read_table(table, ("name", "x"))]
+    assert rows == [{"name": "ball, left", "x": "1.5"}, {"name": "two\nlines", "x": "-2.25"}]
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        (lambda c: c.rectify_points(np.zeros((3, 3)), "left"), "2 numbers each"),
+        (lambda c: c.rectify_points(np.arange(6.0).reshape(2, 3), "left"), "2 numbers each"),
+        (lambda c: c.rectify_points([[1, 2]], "middle"), '"left" or "right"'),
+        (lambda c: c.rectify_points([["a", "b"]], "left"), "no numbers"),
+        (lambda c: c.triangulate(np.zeros((2, 2)), np.zeros((1, 2))), "got 2 and 1"),
+        (lambda c: c.triangulate(np.zeros((2, 3)), np.zeros((2, 3))), "2 numbers each"),
+        (lambda c: c.sigma_mm(np.zeros((3, 2))), "3 numbers each"),
+    ],
+)  # fmt: skip
+def test_points_of_another_shape(bench_calibration, call, says):
+    with pytest.raises(StereoLabError, match=says):
+        call(bench_calibration)
+
+
+def test_one_point_alone_and_none_at_all(bench_calibration):
+    one = bench_calibration.rectify_points((320, 240), "left")
+    assert one.shape == (1, 2) and bench_calibration.rectify_points([], "left").shape == (0, 2)
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["run", "--touch", "--arm", "virtual://arm", "--seconds", "2"], "Choose one"),
+        (["board", "board.png"], "ends in .pdf"), (["detect", "nothing*.jpg"], "No file matches"),
+    ],
+)  # fmt: skip
+def test_words_of_the_command_line_that_do_not_fit(words, says, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(words) == 2 and says in capsys.readouterr().err and not list(tmp_path.iterdir())
+
+
+def test_detect_takes_patterns_and_folders(bench, capsys):
+    folder = bench.path / "snaps" / "left"
+    assert main(["detect", str(folder / "00*.jpg")]) == 0
+    by_pattern = capsys.readouterr().out.splitlines()
+    assert main(["detect", str(folder)]) == 0
+    by_folder = capsys.readouterr().out.splitlines()
+    assert len(by_pattern) == 10 and by_pattern == by_folder[:10] and len(by_folder) == len(list(folder.iterdir()))
+
+
+def test_samples_that_no_depth_follows():
+    with pytest.raises(StereoLabError, match="No curve"):
+        OffsetDepth.fit([10, 20, 30, 40], [1000, 1100, 900, 1200])
+
+
+def test_the_paper_has_no_candidates(bench):
+    image = bench.pairs("snaps")[0].left
+    paper = BallDetector("red", "paper")
+    assert paper.first(image) == paper.detect(image)
+    for asks in (paper.candidates, paper.detect_all, paper.weighed):
+        with pytest.raises(StereoLabError, match="no candidates"):
+            asks(image)
+
+
+def test_a_name_in_the_place_of_a_recording():
+    for asks in (Localizer.fit, lambda name: questions("04", name)):
+        with pytest.raises(StereoLabError, match="as open_recording gives it"):
+            asks("bench")
+
+
+def test_a_recording_by_its_file_and_a_table_by_hand(bench, tmp_path):
+    shutil.copytree(bench.path / "depth", tmp_path / "mine" / "depth")
+    shutil.copy(bench.path / "recording.json", tmp_path / "mine")
+    table = tmp_path / "mine" / "depth" / "measured.csv"
+    told = [s.use for s in open_recording(tmp_path / "mine").samples("depth")]
+    lines = table.read_text(encoding="utf-8").replace("fit", "Fit ").splitlines()
+    table.write_text("\n".join([lines[0], *(line.replace(",", ".jpg,", 1) for line in lines[1:])]), encoding="utf-8")
+    samples = open_recording(tmp_path / "mine" / "recording.json").samples("depth")
+    assert [s.use for s in samples] == told and "fit" in told

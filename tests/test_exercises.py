@@ -654,3 +654,17 @@ def test_lesson_00_asks_about_the_two_balls_that_it_is_shown(row):
     left, right = Detection(300.0, 200.0, 20.0, 1.0), Detection(250.0, row, 20.0, 1.0)
     asked = questions("00", open_recording("bench"), balls=(left, right))[2]
     assert judge(asked.answer, 50.0).status == PASS
+
+
+def test_a_function_that_writes_into_its_arguments_does_not_change_the_question(bench, capsys):
+    question = questions("02", bench)[1]
+    before = [np.copy(a) for arguments in question.answer.inputs for a in arguments]
+
+    def in_place(hue):
+        hue[:] = 0
+
+    question.check(in_place)
+    question.check(lambda hue: hue < 10)
+    after = [a for arguments in question.answer.inputs for a in arguments]
+    assert all(np.array_equal(a, b) for a, b in zip(before, after, strict=True))
+    assert "PASS" not in capsys.readouterr().out

@@ -108,6 +108,15 @@ def wire(request, monkeypatch):
     return twins
 
 
+def test_servos_report_when_asked_and_know_no_rule(wire):
+    with connect("feetech://wire") as arm:
+        assert arm.command("MODE pid") == ""
+        with pytest.raises(ArmError, match="command"):
+            arm.command("MODE rule")
+        arm.command("RP 100")
+        arm.command("RP 0")
+
+
 def test_the_same_arm_by_the_same_cells(wire):
     with connect("feetech://wire") as arm:
         assert (

@@ -91,6 +91,16 @@ def test_the_command_takes_films(films, tmp_path, capsys):
     assert "is a film and" in capsys.readouterr().err
 
 
+def test_a_film_that_is_stopped_leaves_nothing(films, tmp_path):
+    def stops(what, done, total):
+        if what == "take the pairs":
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        import_films(films[0], films[1], BOARD, tmp_path / "mine", every=8, progress=stops)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_films_of_two_boards_are_refused(films, tmp_path):
     still = tmp_path / "still.avi"
     writer = cv2.VideoWriter(str(still), cv2.VideoWriter_fourcc(*"MJPG"), 30, SIZES[0])

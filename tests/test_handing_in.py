@@ -130,7 +130,8 @@ def test_half_an_emoji_does_not_stop_a_hand_in(work, tmp_path):
     notebook["cells"][0]["source"] = "half \ud83d of it"
     path.write_text(json.dumps(notebook), encoding="utf-8")
     handed = hand_in(NOTEBOOKS, work, "03", tmp_path / "out")
-    assert "half ? of it" in handed.path.read_text(encoding="utf-8")
+    assert json.loads(handed.path.read_text(encoding="utf-8"))["cells"][0]["source"] == "half \ud83d of it"
+    assert papers_in(handed.path.parent)[0].lesson == "03"
 
 
 def test_what_cannot_be_handed_in_is_said(work, tmp_path, capsys):

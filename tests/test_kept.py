@@ -10,6 +10,7 @@ from conftest import ROOT
 from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises import LESSONS, mine, questions
 from stereo_lab.exercises.answers import Function
+from stereo_lab.exercises.kept import _value
 from stereo_lab.recording import open_recording
 
 HALF = 2
@@ -159,3 +160,9 @@ def test_what_came_back_is_kept_again_with_what_it_uses(bench, capsys):
     passed("07.1", names["angles_for"], bench, capsys)
     assert mine("07.1", bench)(150, 200, 250, 200) == pytest.approx(names["angles_for"](150, 200, 250, 200))
     assert "your own answer" in capsys.readouterr().out
+
+
+def test_numbers_of_numpy_in_a_row_are_kept(bench, folder):
+    """np.linspace gives them one by one as np.float64, whose repr is no value of Python's."""
+    rows = (np.float64(1.5), [np.int64(2), "a"])
+    assert _value(rows) == "(1.5, [2, 'a'])"

@@ -442,3 +442,44 @@ def test_one_look_from_wherever_a_lesson_is_told(bench, monkeypatch):
     monkeypatch.setattr("stereo_lab.live.cameras.CameraSource.close", lambda self: None)
     with pytest.raises(StereoLabError, match="gave no pictures"):
         look("cameras:0,1", bench, pair)
+
+
+def test_cameras_are_asked_for_the_size_of_the_recording(second_rig, monkeypatch):
+    Fake.cameras = {"all": []}
+    monkeypatch.setattr(live_cameras.CameraSource.__init__, "__defaults__", (Fake, 0.3, Time()))
+    sizes = []
+    for recording in (second_rig, None):
+        with open_source("cameras:0,1", recording=recording):
+            sizes.append(
+                [Fake.cameras["all"][-1].asked[k] for k in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)]
+            )
+    assert sizes == [list(second_rig.image_size), [640, 480]] and tuple(second_rig.image_size) != (640, 480)
+
+
+def test_a_frame_can_be_taken_apart(bench):
+    time_s, left, right = open_source(bench.path, fast=True).read()
+    assert time_s == 0 and left.shape == right.shape == (480, 640, 3)
+
+
+def test_clutter_shows_its_pairs():
+    with open_source("clutter", fast=True) as source:
+        assert source.name == "clutter, pairs" and source.read() is not None
+
+
+def test_a_driver_that_raises_when_it_is_opened_again_is_tried_again(monkeypatch):
+    """Opened at first, gone, raises, and is there again."""
+    monkeypatch.setattr(live_cameras, "AGAIN_S", 0.01)
+    Fake.cameras, opened = {"all": []}, []
+
+    def opens(number):
+        opened.append(number)
+        if opened.count(0) == 2 and number == 0:
+            raise RuntimeError("no such bus")
+        return Fake(number)
+
+    with CameraSource(0, 1, SIZE, 30.0, opens, 0.3, Time()) as source:
+        Fake.cameras["all"][0].feed.put(None)
+        with source._news:
+            assert source._news.wait_for(lambda: opened.count(0) == 3, 10)
+            assert source._sides[0].thread.is_alive()
+        Fake.cameras["closing"] = True

@@ -20,7 +20,7 @@ from stereo_lab import cli
 from stereo_lab.capture import Coverage, Folder, Recorder, Replay, Session, State, glance
 from stereo_lab.capture import folder as folders
 from stereo_lab.doctor import check_recording
-from stereo_lab.errors import RecordingError, StereoLabError
+from stereo_lab.errors import CalibrationError, RecordingError, StereoLabError
 from stereo_lab.live import CameraSource
 from stereo_lab.live.sources import Frame
 from stereo_lab.recording import Ball, Board, open_recording
@@ -676,3 +676,16 @@ def test_one_press_too_many_takes_nothing(third_rig, tmp_path):
     panel.thread.join(60)
     assert said == ["Measure", "Measure", "Taken:", "There", "Taken:"]
     assert len(open_recording(tmp_path / "mine").samples("depth")) == 2
+
+
+def test_why_the_pairs_do_not_fit_is_said_while_one_can_still_act(third_rig, images, folder, monkeypatch):
+    def fails(pairs, board):
+        raise CalibrationError("Left and right are swapped.")
+
+    monkeypatch.setattr("stereo_lab.capture.recorder.calibrate_stereo", fails)
+    monkeypatch.setattr("stereo_lab.capture.recorder.FIRST", 1)
+    with Recorder(folder, third_rig.board) as recorder:
+        assert not any("swapped" in state.said for state in held(recorder, *images[0], 0)[:5])
+        recorder._asked.exception()
+        recorder.look(Frame(2.0, *images[0]))
+        assert recorder.look(Frame(2.1, *images[0])).said.endswith("do not fit: Left and right are swapped.")

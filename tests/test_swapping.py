@@ -1,5 +1,6 @@
 """Cameras named the wrong way round: told, and put right on request."""
 
+import json
 import os
 import shutil
 
@@ -37,6 +38,21 @@ def test_the_swap_is_offered_and_done(swapped, capsys):
     assert (swapped / "calibration" / "right" / "000.jpg").read_bytes() == first
     assert sorted(p.name for p in (swapped / "calibration").iterdir()) == ["left", "right"]
     assert sorted(p.name for p in (swapped / "snaps").iterdir()) == ["left"]
+
+
+def test_boards_and_balls_of_two_recordings_are_swapped_together(swapped, capsys):
+    balls = swapped.parent / "balls"
+    shutil.copytree(swapped, balls, ignore=shutil.ignore_patterns("calibration"))
+    shutil.copytree(balls / "snaps" / "left", balls / "snaps" / "right")
+    (balls / "snaps" / "right" / "000.jpg").write_bytes(b"right")
+    facts = json.loads((balls / "recording.json").read_text(encoding="utf-8"))
+    (balls / "recording.json").write_text(json.dumps({**facts, "calibrated_by": "mine"}), encoding="utf-8")
+    first = (swapped / "calibration" / "left" / "000.jpg").read_bytes()
+    main(["calibrate", str(balls), "--swap"])
+    assert (swapped / "calibration" / "right" / "000.jpg").read_bytes() == first
+    assert (balls / "snaps" / "left" / "000.jpg").read_bytes() == b"right"
+    said = capsys.readouterr().err
+    assert str(balls) in said and str(swapped) in said
 
 
 def test_a_folder_that_cannot_be_renamed_leaves_all_as_it_was(swapped, monkeypatch):

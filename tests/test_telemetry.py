@@ -240,10 +240,11 @@ def test_messages_of_strangers_do_no_harm(broker):
     stranger.loop_start()
     try:
         assert until(lambda: not watch.trouble and stranger.is_connected())
-        for payload in (b"\xff\xfe", b"[1]", b'"x"', b'{"x_mm": "far", "rate_hz": null, "said": 5}'):
+        for payload in (b"\xff\xfe", b"[1]", b'"x"', b'{"x_mm": "far", "rate_hz": null, "said": 5}',
+                        b"[" * 100_000, b'{"x_mm": 1' + b"0" * 400 + b', "said": "\\u001b[2Jgone"}'):  # fmt: skip
             stranger.publish("stereo_lab/b9/record", payload, qos=1)
-        assert until(lambda: "b9" in watch.benches)
-        assert watch.lines()[1].split()[0] == "b9"
+        assert until(lambda: "gone" in str(watch.benches.get("b9")))
+        assert watch.lines()[1].split()[0] == "b9" and "\x1b" not in watch.lines()[1]
     finally:
         stranger.disconnect()
         stranger.loop_stop()

@@ -20,6 +20,25 @@ from stereo_lab.errors import CalibrationError
 EXACT = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 60, 1e-9)  # for undoing the distortion
 
 
+def as_points(points: ArrayLike, numbers: int) -> np.ndarray:
+    """Points of so many numbers each, shape (N, numbers); one point alone counts as a row.
+
+    Raises
+    ------
+    CalibrationError
+        If they have another shape, or are no numbers.
+    """
+    try:
+        given = np.asarray(points, float)
+    except (TypeError, ValueError):
+        raise CalibrationError(f"Expected points of {numbers} numbers each; these are no numbers.") from None
+    if given.size == 0:
+        return np.empty((0, numbers))
+    if given.shape[-1:] != (numbers,):
+        raise CalibrationError(f"Expected points of {numbers} numbers each, shape (N, {numbers}); got {given.shape}.")
+    return given.reshape(-1, numbers)
+
+
 @dataclass(frozen=True, eq=False)
 class StereoCalibration:
     """Two calibrated cameras and how good the calibration is.
@@ -157,20 +176,27 @@ class StereoCalibration:
                 f"this one is {size[0]}x{size[1]}. Calibrate these cameras at this size."
             )
 
+    def _rectified(self, side):
+        if side not in self.rectified:
+            raise CalibrationError(f'Expected the side "left" or "right"; got {side!r}.')
+        return self.rectified[side]
+
     def rectify_points(self, points_Nx2: ArrayLike, side: str) -> np.ndarray:
         """Raw pixels of one camera to rectified pixels, shape (N, 2) (``cv2.undistortPoints``)."""
-        points = np.asarray(points_Nx2, float).reshape(-1, 1, 2)
+        points = as_points(points_Nx2, 2)
         if not len(points):
-            return np.empty((0, 2))  # OpenCV gives None
-        rotation, projection = self.rectified[side]
-        return cv2.undistortPoints(points, *self.camera(side), R=rotation, P=projection, criteria=EXACT).reshape(-1, 2)
+            return points  # OpenCV gives None
+        rotation, projection = self._rectified(side)
+        return cv2.undistortPoints(
+            points[:, None], *self.camera(side), R=rotation, P=projection, criteria=EXACT
+        ).reshape(-1, 2)
 
     def unrectify_points(self, points_Nx2: ArrayLike, side: str) -> np.ndarray:
         """Rectified pixels of one camera back to raw pixels, shape (N, 2) (``cv2.projectPoints``)."""
-        points = np.asarray(points_Nx2, float).reshape(-1, 2)
+        points = as_points(points_Nx2, 2)
         if not len(points):
             return points
-        rotation, projection = self.rectified[side]
+        rotation, projection = self._rectified(side)
         rays = np.column_stack([points, np.ones(len(points))]) @ np.linalg.inv(projection[:, :3]).T @ rotation
         return cv2.projectPoints(rays.reshape(-1, 1, 3), np.zeros(3), np.zeros(3), *self.camera(side))[0].reshape(-1, 2)
 
@@ -201,8 +227,10 @@ class StereoCalibration:
         ndarray, shape (N, 3), mm: X right, Y down, Z forward
         """
         p1, p2 = self.rectified["left"][1], self.rectified["right"][1]
-        u, v = (np.asarray(left_Nx2, float).reshape(-1, 2) - p1[:2, 2]).T
-        u_right, v_right = (np.asarray(right_Nx2, float).reshape(-1, 2) - p2[:2, 2]).T
+        left, right = as_points(left_Nx2, 2), as_points(right_Nx2, 2)
+        if len(left) != len(right):
+            raise CalibrationError(f"Expected as many left pixels as right ones; got {len(left)} and {len(right)}.")
+        (u, v), (u_right, v_right) = (left - p1[:2, 2]).T, (right - p2[:2, 2]).T
         with np.errstate(divide="ignore"):
             depth = -p2[0, 3] / (u - u_right)
         ahead = depth / p1[0, 0]
@@ -223,7 +251,7 @@ class StereoCalibration:
         -------
         ndarray, shape (N, 3), mm: standard deviations along X, Y, Z there; NaN where an older file does not tell
         """
-        points = np.asarray(points_Nx3, float).reshape(-1, 3)
+        points = as_points(points_Nx3, 3)
         if self.covariance is None:
             return np.full(points.shape, np.nan)
         return uncertainty.sigmas(self.place_slopes(points), self.covariance)
@@ -231,7 +259,7 @@ class StereoCalibration:
     def place_slopes(self, points_Nx3: ArrayLike) -> np.ndarray:
         """How places in the rectified left frame, mm, change with the cameras' 24 unknowns, shape (N, 3, 24)."""
         to_rectified = self.rectified["left"][0]
-        points = np.asarray(points_Nx3, float).reshape(-1, 3) @ to_rectified
+        points = as_points(points_Nx3, 3) @ to_rectified
         return to_rectified @ uncertainty.place_slopes(points, self.rig)
 
     def boards_at(self, points_Nx2: ArrayLike, side: str) -> np.ndarray:

@@ -122,11 +122,10 @@ def _content(source):
 
 def _cell(cell):
     source = cell["source"]
-    written = source if isinstance(source, str) else "".join(source)
     kept = {
         "cell_type": cell["cell_type"],
         "metadata": {},
-        "source": written.encode(errors="replace").decode(),  # half an emoji is no text that a file can hold
+        "source": source if isinstance(source, str) else "".join(source),
     }
     if "id" in cell:
         kept["id"] = cell["id"]

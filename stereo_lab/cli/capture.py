@@ -286,6 +286,8 @@ def run_board(options: argparse.Namespace) -> int:
     from stereo_lab.common.files import write_whole
     from stereo_lab.plots import sheets_pdf
 
+    if Path(options.out).suffix.lower() != ".pdf":
+        raise StereoLabError(f"The sheets are a PDF: expected a name that ends in .pdf, got {options.out}.")
     paper = {name.lower(): name for name in PAPERS_MM}.get(options.paper.lower(), options.paper)
     if options.marks:
         sheets = mark_sheets(paper, options.sheets, options.from_mm)

@@ -74,6 +74,7 @@ def run_detect(options: argparse.Namespace) -> int:
     from stereo_lab.detection import BallDetector
     from stereo_lab.recording import is_video, read_image
 
+    options.images = [file for word in options.images for file in _files(word)]
     pictures = [path for path in options.images if not is_video(path)]
     detector = BallDetector(_color(options, pictures), options.method)
     rows = []
@@ -84,6 +85,16 @@ def run_detect(options: argparse.Namespace) -> int:
         rows += _watched(path, detector, options)
     write_json_option(options.json, rows)
     return OK
+
+
+def _files(word):
+    """A file, or those of a pattern, which the Windows prompt hands on as it is, or of a folder."""
+    from stereo_lab.recording.importing import matching
+    from stereo_lab.recording.model import pictures_in
+
+    if Path(word).is_dir() and (there := pictures_in(Path(word))):
+        return list(there.values())
+    return matching(word) if not Path(word).exists() and set(word) & set("*?[") else [word]
 
 
 def _looked(detector, image, near=None):

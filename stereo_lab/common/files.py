@@ -119,7 +119,8 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
         If ``path`` is no plain file, its folder cannot be written to or the disk is full.
     """
     check_target(path)
-    data = content.encode("utf-8") if isinstance(content, str) else content
+    # What is no letter, as in names of an old disk, is written as an escape: JSON reads it back
+    data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
     part = None
     try:
         target = Path(os.path.realpath(path))  # a link stays a link: the file it leads to is written

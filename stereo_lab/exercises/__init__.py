@@ -10,6 +10,7 @@ depth_mm = mine("04.3", recording)    # in a later lesson
 
 from __future__ import annotations
 
+import reprlib
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -48,6 +49,8 @@ def questions(lesson: str, recording: Recording, **seen: Any) -> tuple[Question,
     name = str(lesson).zfill(2)
     if name not in LESSONS:
         raise StereoLabError(f"There are no questions for lesson {lesson!r}. Lessons: {', '.join(LESSONS)}.")
+    if not hasattr(recording, "ball_sets"):  # a name, say
+        raise StereoLabError(f"Expected a recording, as open_recording gives it; got {reprlib.repr(recording)}.")
     explain_stops()
     asked = import_module(f"stereo_lab.exercises.lesson{name}").questions(recording, **seen)
     if recording.seat is None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import reprlib
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -123,10 +124,9 @@ class Function:
     def _stopped(self, answer, error):
         if isinstance(error, ValueError) and self.domain:
             return slip_in(answer, self.right, self.inputs, self.solution) or self.domain
-        inside = getattr(
-            error.__traceback__, "tb_next", None
-        )  # an error of the call itself has no line of the function
-        if isinstance(error, TypeError) and "positional argument" in str(error) and inside is None:
+        # An error of the call itself has no line of the function behind those of judge and called
+        inside = len(list(traceback.walk_tb(error.__traceback__))) > 2
+        if isinstance(error, TypeError) and "positional argument" in str(error) and not inside:
             return f"your function must take {len(self.inputs[0])}: {', '.join(self.names)}, in this order. Leave the def line as it was."
         return in_plain_words(error, any(isinstance(given, np.ndarray) for given in self.inputs[0]))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,7 +37,7 @@ class TwoLinkArm:
     weight: ArmWeight = field(default_factory=ArmWeight)
 
     def __post_init__(self):
-        if not all(np.isfinite(link) and link > 0 for link in (self.l1_mm, self.l2_mm)):
+        if not all(isinstance(link, Real) and np.isfinite(link) and link > 0 for link in (self.l1_mm, self.l2_mm)):
             raise StereoLabError(f"Expected two links longer than 0 mm; got {self.l1_mm} and {self.l2_mm}.")
         if len(self.limits_deg) != 2 or not all(low < high for low, high in self.limits_deg):
             raise StereoLabError(f"Expected (low, high) in degrees for each of two joints; got {self.limits_deg}.")

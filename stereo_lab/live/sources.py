@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -39,6 +39,10 @@ class Frame:
     right: np.ndarray
     skew_s: float = 0.0
     dropped: int = 0
+
+    def __iter__(self) -> Iterator[Any]:
+        """Its time and both pictures, as in ``for time_s, left, right in source``."""
+        return iter((self.time_s, self.left, self.right))
 
 
 class StereoSource(AbstractContextManager["StereoSource"]):
@@ -163,11 +167,12 @@ def _film(recording):
     """The set whose pictures follow one another, or the one that comes nearest to it."""
     if FILM in recording.sets:
         return FILM
-    if not recording.ball_sets:
+    paired = [name for name in recording.ball_sets if all(pair.right_path for pair in recording.pairs(name))]
+    if not paired:
         raise StereoLabError(
-            f"{recording.name} has no pictures of a ball to look at: a set named {FILM}, taken in one go, is best."
+            f"{recording.name} has no pairs of a ball to look at: a set named {FILM}, taken in one go, is best."
         )
-    return max(recording.ball_sets, key=lambda name: len(recording.pairs(name)))
+    return max(paired, key=lambda name: len(recording.pairs(name)))
 
 
 def check_rate(rate_hz: float) -> None:

@@ -45,7 +45,7 @@ def import_images(
         ``out`` is in use.
     """
     check_new(out)
-    return _imported(_match_halves(_expand(left_glob), _expand(right_glob)), board, Path(out), ball)
+    return _imported(_match_halves(matching(left_glob), matching(right_glob)), board, Path(out), ball)
 
 
 def import_side_by_side(pattern: str, board: Board, out: str | Path, ball: Ball | None = None) -> Recording:
@@ -62,7 +62,7 @@ def import_side_by_side(pattern: str, board: Board, out: str | Path, ball: Ball 
         As there, and where a picture's width is odd.
     """
     check_new(out)
-    return _imported([(_Half(path, 0), _Half(path, 1)) for path in _expand(pattern)], board, Path(out), ball)
+    return _imported([(_Half(path, 0), _Half(path, 1)) for path in matching(pattern)], board, Path(out), ball)
 
 
 @dataclass(frozen=True)
@@ -139,8 +139,14 @@ def _read(picture):
     return read_image(picture, grey_allowed=True) if isinstance(picture, Path) else picture.read()
 
 
-def _expand(pattern):
-    """Files that match, in natural order. The Windows prompt hands quotes on, so one pair round it is taken off."""
+def matching(pattern: str | Path) -> list[Path]:
+    """Files that match a pattern, in natural order. The Windows prompt hands quotes on, so one pair round it is taken off.
+
+    Raises
+    ------
+    RecordingError
+        If there is none.
+    """
     pattern = str(pattern).strip()
     if len(pattern) >= 2 and pattern[0] == pattern[-1] and pattern[0] in "\"'":
         pattern = pattern[1:-1]

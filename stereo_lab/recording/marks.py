@@ -12,7 +12,7 @@ import numpy as np
 from stereo_lab.common.files import finite_number, read_table, write_whole
 from stereo_lab.errors import StereoLabError
 from stereo_lab.recording.opening import open_recording
-from stereo_lab.recording.pictures import PICTURES
+from stereo_lab.recording.pictures import without_ending
 from stereo_lab.recording.video import count_frames, is_video, read_video
 
 COLUMNS = ("picture", "u", "v", "radius_px")
@@ -80,7 +80,7 @@ def read_marks(path: str | Path) -> dict[str, Mark]:
     """
     marks: dict[str, Mark] = {}
     for where, row in read_table(path, COLUMNS):
-        name = _plain((row["picture"] or "").strip())
+        name = without_ending((row["picture"] or "").strip())
         if name in marks:
             raise StereoLabError(f"{where}: picture {name} is marked twice. Only one ball is learned; leave one line.")
         if not (row["u"] or "").strip():
@@ -89,11 +89,6 @@ def read_marks(path: str | Path) -> dict[str, Mark]:
         u, v, radius = (finite_number(row[k], f"{where}, {k}") for k in COLUMNS[1:])
         marks[name] = (u, v, radius)
     return marks
-
-
-def _plain(name):
-    """The name of a picture, also where it is written as a file's."""
-    return Path(name).stem if name.lower().endswith(PICTURES) else name
 
 
 def write_marks(path: str | Path, marks: Mapping[str, Mark]) -> None:

@@ -10,7 +10,7 @@ from stereo_lab.common.files import natural_key, read_table
 from stereo_lab.errors import RecordingError
 from stereo_lab.kinematics import Registration, TwoLinkArm
 from stereo_lab.recording.bounds import place_mm, plain_name
-from stereo_lab.recording.pictures import PICTURES
+from stereo_lab.recording.pictures import PICTURES, without_ending
 from stereo_lab.recording.sample import Ball, Board, Position, Sample, StereoPair
 
 SHARED_OUT, USES = ("position", "depth"), ("fit", "check")
@@ -127,7 +127,7 @@ class Recording:
             x, y, depth = (place_mm(row[k], f"{where}, {k}") for k in ("x_mm", "y_mm", "depth_mm"))
             ball = self.true_ball(set_name, pair.name)
             truth = None if ball is None else _exact(ball["ball"])
-            use = (row.get("use") or "").strip()
+            use = (row.get("use") or "").strip().lower()
             if set_name in SHARED_OUT and use not in ("", *USES):
                 raise RecordingError(f"{where}, use: expected {' or '.join(USES)}, or nothing; got {use!r}.")
             samples.append(Sample(pair, Position(x, y, depth), truth, use))
@@ -222,7 +222,7 @@ def _check_halves(folder, left, right):
 
 def _find_pair(pairs, name, where):
     """A pair by its name; a spreadsheet that turned 003 into 3 is understood."""
-    name = (name or "").strip()
+    name = without_ending((name or "").strip())
     if name in pairs:
         return pairs[name]
     alike = [

@@ -67,6 +67,8 @@ def open_recording(path: str | Path | None = None) -> Recording:
 
 def _find_folder(path):
     """The folder meant by a path or by the name of a shipped recording."""
+    if Path(path).name == "recording.json":
+        path = Path(path).parent
     for folder in (Path(path), places.course() / path, *(shelf / path for shelf in places.shelves())):
         if (folder / "recording.json").is_file():
             return folder.resolve()

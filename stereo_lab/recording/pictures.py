@@ -26,6 +26,11 @@ AS_IT_IS = cv2.IMREAD_ANYDEPTH | cv2.IMREAD_ANYCOLOR  # turned upright by its EX
 LARGEST_PICTURE = 100_000_000  # pixels; ten times those of a good camera, and 300 MB of memory
 
 
+def without_ending(name: str) -> str:
+    """The name of a picture, also where it is written as a file's."""
+    return Path(name).stem if name.lower().endswith(PICTURES) else name
+
+
 def read_image(path: str | Path, grey_allowed: bool = False) -> np.ndarray:
     """Read one picture as BGR, shape (height, width, 3), uint8, upright as EXIF says and every viewer shows it.
 
