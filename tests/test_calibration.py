@@ -368,3 +368,19 @@ def test_corners_of_both_cameras_are_in_one_order(columns, rows):
         for quarters in range(4) if columns == rows else (0, 2):
             found = np.rot90(right.reshape(rows, columns, 2), quarters).reshape(-1, 2)
             assert np.allclose(match_order(left, found, board), right)
+
+
+def test_one_cameras_pictures_on_both_sides(bench):
+    pairs = [replace(pair, right_path=pair.left_path) for pair in bench.pairs("calibration")[:6]]
+    with pytest.raises(CalibrationError, match="same pictures"):
+        calibrate_stereo(pairs, bench.board)
+
+
+def test_pairs_without_a_board_do_not_hide_those_with_one(bench, tmp_path):
+    """Every fourth pair shows the board, and the first look takes every second one of them all."""
+    empty = tmp_path / "empty.png"
+    cv2.imwrite(str(empty), np.full((480, 640), 120, np.uint8))
+    boards = iter(bench.pairs("calibration")[:6])
+    nothing = replace(bench.pairs("calibration")[0], left_path=empty, right_path=empty)
+    pairs = [replace(next(boards), name=f"{k}") if k % 4 == 1 else replace(nothing, name=f"{k}") for k in range(24)]
+    assert len(calibrate_stereo(pairs, bench.board).used) == 6

@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -323,3 +324,16 @@ def test_the_calibrations_report_says_what_it_is_worth_and_where_it_comes_from(t
     page = (tmp_path / "c.html").read_text(encoding="utf-8")
     assert code == 0 and "a rendered recording: made by a renderer, not by cameras" in page
     assert "verdict: good" in page and "The next boards help most here" in page and "data:image/png;base64," in page
+
+
+def test_what_is_missing_for_a_place_is_said(bench, tmp_path, capsys):
+    mine = tmp_path / "mine"
+    for name in ("calibration", "depth", "position", "evaluation"):
+        shutil.copytree(bench.path / name, mine / name)
+    for name in ("recording.json", "calibration.json"):
+        shutil.copy(bench.path / name, mine)
+    table = mine / "position" / "measured.csv"
+    table.write_text(table.read_text(encoding="utf-8").splitlines()[0] + "\n", encoding="utf-8")
+    assert main(["demo", str(mine)]) == 2 and "has no rows" in capsys.readouterr().err
+    table.unlink()
+    assert main(["demo", str(mine)]) == 0 and "position/measured.csv is missing" in capsys.readouterr().out

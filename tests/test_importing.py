@@ -1,5 +1,7 @@
 """Pictures from elsewhere: both cameras in one picture, and kinds of files."""
 
+import shutil
+
 import cv2
 import numpy as np
 import pytest
@@ -53,3 +55,21 @@ def test_the_command(pairs, tmp_path, capsys):
     assert cli.main(["import", "--side-by-side", str(tmp_path / "*.png"), *words]) == 0
     assert "3 pairs of 640x480 pixels" in capsys.readouterr().out
     assert read_image(open_recording(tmp_path / "out").pairs("calibration")[0].left_path).shape == (480, 640, 3)
+
+
+def test_files_that_a_shell_made_of_a_pattern_and_folders_with_brackets(bench, tmp_path, capsys):
+    folder = tmp_path / "[2026] Köln"
+    for side in ("left", "right"):
+        shutil.copytree(bench.path / "calibration" / side, folder / side, ignore=lambda _, names: sorted(names)[6:])
+        (folder / side / "Thumbs.db").write_bytes(b"no picture")
+    (folder / "right" / "desktop.ini").write_text("no picture")
+    listed = [sorted(str(path) for path in (folder / side).glob("*.jpg")) for side in ("left", "right")]
+    ways = (
+        listed,
+        [[str(folder / side / "*")] for side in ("left", "right")],
+        [[str(folder / side)] for side in ("left", "right")],
+    )
+    for k, (left, right) in enumerate(ways):
+        words = ["import", "--left", *left, "--right", *right, "--board", "9x6", "--square-mm", "25"]
+        assert cli.main([*words, "--out", str(tmp_path / f"mine{k}")]) == 0
+        assert "6 pairs of 640x480" in capsys.readouterr().out

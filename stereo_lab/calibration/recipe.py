@@ -11,7 +11,14 @@ import numpy as np
 from stereo_lab.calibration.bundle import Rig, matrices
 from stereo_lab.calibration.cameras import StereoCalibration
 from stereo_lab.calibration.heldout import errors_on_unseen, pair_errors
-from stereo_lab.calibration.refusals import check_enough, check_focal, check_sides, check_spread, check_together
+from stereo_lab.calibration.refusals import (
+    check_enough,
+    check_focal,
+    check_sides,
+    check_spread,
+    check_together,
+    check_two_cameras,
+)
 from stereo_lab.calibration.search import find_views
 from stereo_lab.calibration.shapes import board_shapes
 from stereo_lab.calibration.solver import OTHER_MOMENT, solve, why_bad
@@ -75,6 +82,7 @@ def calibrate_views(
         As :func:`calibrate_stereo`.
     """
     both = [view for view in views if view.seen_by_both]
+    check_two_cameras(both)
     check_spread(both, size)
     views = sorted(views, key=lambda view: view.place)  # by what is seen: a file's name decides nothing
     dropped = list(dropped)

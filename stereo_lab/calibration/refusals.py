@@ -14,22 +14,36 @@ from stereo_lab.errors import CalibrationError, SwappedSidesError
 from stereo_lab.recording import Board, StereoPair
 from stereo_lab.recording.bounds import CHARUCO
 
+SAME_PX = 0.5  # two cameras stand farther apart than a finder is off
 STILL = 0.01  # of the picture's width: a board that moves less does not move
 CLEAR_PX = 0.3  # reprojection error that the pictures of a webcam allow
 BLURRED_FOCAL_PERCENT = 5.0  # beyond, nothing that the cameras tell is worth a word
 
 
-def check_enough(found: Sequence[View], pairs: Sequence[StereoPair], board: Board) -> None:
-    """Refuse fewer than FEWEST boards seen by both cameras; where most are missing, name the board's real size."""
+def check_enough(found: Sequence[View], pairs: Sequence[StereoPair], board: Board, of: int = 0) -> None:
+    """Refuse fewer than FEWEST boards seen by both cameras; where most are missing, name the board's real size.
+
+    ``of``: how many pairs there are, where not all were looked at.
+    """
     if len(found) >= FEWEST:
         return
     if len(found) < len(pairs) / 2:
         check_board_size(pairs, board)
     raise CalibrationError(
         f"The {board} was found in {len(found)} of {len(pairs)} "
-        f"pairs; at least {FEWEST} are needed, and 15 to 25 are good. Take more, sharp and well lit, "
+        f"pairs{f', picked from {of}' if of > len(pairs) else ''}; at least {FEWEST} are needed, and 15 to 25 are good. Take more, sharp and well lit, "
         f"with {'much of the' if board.kind == CHARUCO else 'the whole'} board in both pictures."
     )
+
+
+def check_two_cameras(views: Sequence[View]) -> None:
+    """Refuse one camera's pictures on both sides: of two cameras half of all corners never lie at one place in both."""
+    apart = [np.linalg.norm(view.left - view.right, axis=1) for view in views]
+    if apart and np.median(apart) < SAME_PX:
+        raise CalibrationError(
+            "Left and right show the same pictures, as if of one camera. Give each side the pictures of its own camera, "
+            "or, where they were recorded here, two different camera numbers."
+        )
 
 
 def check_spread(views: Sequence[View], size: tuple[int, int]) -> None:

@@ -19,7 +19,7 @@ NO_BOARD = {
     1: "no whole board in the {} picture; the other one still counts for its camera's lens",
     2: "no whole board in the {} and the {} picture",
 }
-SAMPLE = 12  # pairs that tell whether the others are worth the time
+SAMPLE = 24  # pairs that tell whether the others are worth the time
 
 
 def find_views(
@@ -27,7 +27,7 @@ def find_views(
 ) -> tuple[list[View], list[tuple[str, str]], tuple[int, int]]:
     """Corners of every pair of which a camera sees the whole board.
 
-    Some pairs come first, spread over all of them: where they show no board, or boards of two moments, the others
+    Some pairs come first, picked by chance from all of them: where they show no board, or boards of two moments, the others
     are not looked at.
 
     Returns
@@ -41,9 +41,9 @@ def find_views(
     CalibrationError
         If the pictures differ in size, or the first pairs are hopeless.
     """
-    first = list(range(0, len(pairs), max(1, -(-len(pairs) // SAMPLE))))
+    first = sorted(np.random.default_rng(0).permutation(len(pairs))[:SAMPLE].tolist())
     order = first + [k for k in range(len(pairs)) if k not in first]
-    size = pairs[0].left.shape[1::-1] if pairs else (0, 0)
+    size = pairs[order[0]].left.shape[1::-1] if pairs else (0, 0)
     views: list[View] = []
     dropped: list[tuple[str, str]] = []
     for done, pair in enumerate((pairs[k] for k in order), 1):
@@ -82,7 +82,7 @@ def _check_sample(views, pairs, first, board, size):
     """Refuse a hopeless set after a few pairs: none shows the board, or none is of one moment."""
     both = [view for view in views if view.seen_by_both]
     if not both:
-        check_enough(both, [pairs[k] for k in first], board)
+        check_enough(both, [pairs[k] for k in first], board, len(pairs))
     if len(both) >= len(first) / 2:
         with one_thread():
             check_together(first_rig(both, board_shapes(board).flat, size, 0)[2])

@@ -241,13 +241,16 @@ def _parser():
         "import", run_import, "Make a recording from board pictures you have, or take over a calibration made elsewhere.",
         'import --left "shots/left*.jpg" --right "shots/right*.jpg" --board 9x6 --square-mm 25 --out data/mine',
     )  # fmt: skip
-    bring.add_argument("--left", metavar="GLOB", help="pattern of the left pictures, in quotes; or a film")
+    bring.add_argument(
+        "--left", nargs="+", metavar="GLOB", help="pattern of the left pictures, or their folder; or a film"
+    )
     bring.add_argument(
         "--every", type=int, default=10, metavar="N", help="of a film: of N frames the one with the stillest board (10)"
     )
-    bring.add_argument("--right", metavar="GLOB")
+    bring.add_argument("--right", nargs="+", metavar="GLOB")
     bring.add_argument(
         "--side-by-side",
+        nargs="+",
         metavar="GLOB",
         help="in the place of both: pictures that hold the left and the right one beside it",
     )

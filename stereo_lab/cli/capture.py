@@ -59,7 +59,7 @@ def run_import(options: argparse.Namespace) -> int:
         raise StereoLabError(f"--every: expected a whole number from 1 up, got {options.every}.")
     board = board_of_option(options)
     ball = Ball(color_name(options.ball_color, "--ball-color"), length_mm(options.ball_mm, "--ball-mm"))
-    if options.left and is_video(options.left):
+    if options.left and is_video(options.left[0]):
         recording = _from_films(options, board, ball)
     elif options.side_by_side:
         recording = import_side_by_side(options.side_by_side, board, options.out, ball)
@@ -80,10 +80,11 @@ def _from_films(options, board, ball):
     from stereo_lab.cli.terminal import Progress
     from stereo_lab.recording import is_video
 
-    if not is_video(options.right):
-        raise StereoLabError(f"{options.left} is a film and {options.right} is none: name two films, or two patterns.")
+    left, right = options.left[0], options.right[0]
+    if not is_video(right):
+        raise StereoLabError(f"{left} is a film and {right} is none: name two films, or two patterns.")
     with Progress() as progress:
-        recording, later = import_films(options.left, options.right, board, options.out, ball, options.every, progress)
+        recording, later = import_films(left, right, board, options.out, ball, options.every, progress)
     which = "right" if later > 0 else "left"
     print(f"The {which} film began {abs(later):.2f} s later, by how the board moves.")
     return recording

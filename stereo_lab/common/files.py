@@ -23,7 +23,7 @@ from stereo_lab.errors import RecordingError, StereoLabError
 LARGEST_TEXT = 50_000_000  # bytes; the largest table or JSON file of the kit has less than a hundredth of it
 UMASK = os.umask(0)  # which rights a new file of this person does not get; it is read by setting it
 os.umask(UMASK)
-DECIMAL_COMMA = re.compile(r"\s*[-+−]?\d*,\d+\s*")
+NUMBER = re.compile(r"\s*[-+−]?\d*[,.]?\d+\s*")  # also with a decimal comma, or a typographic minus
 LARGEST_FILE = 400_000_000  # bytes; more than an uncompressed picture of 100 megapixels has
 
 
@@ -255,7 +255,7 @@ def read_table(path: str | Path, columns: Sequence[str]) -> list[tuple[str, dict
     try:
         text = read_text(path)
         rows = _rows(text)
-        names = [name.strip() for name in rows.fieldnames or []]
+        names = [name.strip().lower() for name in rows.fieldnames or []]
         missing = [column for column in columns if column not in names]
         if missing:
             raise RecordingError(
@@ -298,7 +298,7 @@ def with_row(path: str | Path, columns: Sequence[str], row: dict[str, str]) -> s
         read_table(path, columns)
         text = read_text(path)
     first = text.splitlines()[0]
-    names = [name.strip() for name in next(csv.reader([first], delimiter=_delimiter(first)))]
+    names = [name.strip().lower() for name in next(csv.reader([first], delimiter=_delimiter(first)))]
     line = io.StringIO(newline="")
     csv.writer(line, delimiter=_delimiter(first), lineterminator="\n").writerow([row.get(name, "") for name in names])
     return text + ("" if text.endswith("\n") else "\n") + line.getvalue()
@@ -312,9 +312,9 @@ def _rows(text):
 
 def _pointed(text):
     """A number with a decimal comma as one with a point; any other text as it is."""
-    return text.replace(",", ".") if text and DECIMAL_COMMA.fullmatch(text) else text
+    return text.replace(",", ".").replace("−", "-") if text and NUMBER.fullmatch(text) else text
 
 
 def _delimiter(first_line):
-    """The sign between the columns of a table."""
-    return ";" if first_line.count(";") > first_line.count(",") else ","
+    """The sign between the columns of a table: a comma, else what a spreadsheet put there."""
+    return max(",;\t", key=first_line.count)

@@ -20,6 +20,7 @@ ADVICE = {
     "both_upside_down": "Turn both cameras the right way up and take everything again, or exchange the folders.",
     "mirrored": "Switch the mirror image off in this camera's settings, or flip its pictures, and take what is missing again.",
     "upside_down": "Turn this camera by half a turn and take everything again.",
+    "same_pictures": "Put the right camera's own pictures into the folder right, or record with two camera numbers.",
     "one_above_the_other": "Put the cameras side by side and take everything again.",
     "cameras_exchanged": "Exchange the left and the right pictures of these pairs.",
     "pairs_shifted": "Find the picture that is missing on one side, and number the others after it anew.",

@@ -185,6 +185,8 @@ def _refused(why, covers, findings):
         return []
     if "focal length open" in why:
         return [Finding("never_tilted", why, ADVICE["never_tilted"], severity=STOPS)]
+    if "same pictures" in why:
+        return [Finding("same_pictures", why, ADVICE["same_pictures"], severity=STOPS)]
     if "same place" in why:
         return [Finding("one_place", why, ADVICE["one_place"], severity=STOPS)]
     if "stands above" in why:

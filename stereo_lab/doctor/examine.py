@@ -55,6 +55,7 @@ def check_recording(recording: Recording, progress: Progress | None = None) -> C
         findings = [replace(f, does_mm=cameras.noise_mm) if f.name in LIGHT else f for f in findings]
         findings = _look_at_balls(recording, cameras, clean, findings, say)
         clean = None if any(finding.name == "square_unit" for finding in findings) else clean
+    findings = [replace(f, advice=f.advice.replace(" REC ", f" {recording.path} ")) for f in findings]
     least = clean
     if calibration is not None and clean is not None and not np.isfinite(clean):
         # cameras taken over from elsewhere: nobody tells how exact they are
@@ -81,8 +82,17 @@ def _judged_at(recording, findings):
         told = distance_mm(recording)
         return told if NEAREST_MM <= told <= FARTHEST_MM else JUDGED_AT_MM  # a table in another unit tells no distance
     except StereoLabError as error:
-        findings.append(Finding("table_broken", str(error), ADVICE["table_broken"], severity=STOPS))
+        findings.append(_unreadable(error))
         return JUDGED_AT_MM
+
+
+def _unreadable(error):
+    """A table that cannot be used, a picture that cannot, or one without its other half."""
+    says = str(error)
+    name = (
+        "table_broken" if "measured.csv" in says else "half_missing" if "half of the pair" in says else "picture_broken"
+    )
+    return Finding(name, says, ADVICE[name], severity=STOPS)
 
 
 def _look_at_boards(recording, depth, findings, say):
@@ -193,9 +203,8 @@ def _look_at_balls(recording, cameras, clean, findings, say):
     try:
         told = check_balls(recording, cameras, clean, lambda *n: say("look at the balls", *n))
     except StereoLabError as error:
-        if not any(finding.name == "table_broken" for finding in findings):
-            findings = [*findings, Finding("table_broken", str(error), ADVICE["table_broken"], severity=STOPS)]
-        return findings
+        unreadable = _unreadable(error)
+        return findings if any(finding.says == unreadable.says for finding in findings) else [*findings, unreadable]
     if told.mirror:
         what = "mirror images" if told.mirror == "both_mirrored" else "upside down"
         says = f"Left and right seem swapped, and the measured places tell why: both cameras' pictures are {what}."

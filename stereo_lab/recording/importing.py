@@ -6,6 +6,7 @@ import glob
 import os
 import re
 import shutil
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -23,13 +24,17 @@ from stereo_lab.recording.sample import USUAL_BALL, Ball, Board
 
 
 def import_images(
-    left_glob: str, right_glob: str, board: Board, out: str | Path, ball: Ball | None = None
+    left_glob: str | Sequence[str],
+    right_glob: str | Sequence[str],
+    board: Board,
+    out: str | Path,
+    ball: Ball | None = None,
 ) -> Recording:
     """Make a recording from board pictures taken elsewhere.
 
     Parameters
     ----------
-    left_glob, right_glob : str, patterns such as ``"shots/left*.jpg"``
+    left_glob, right_glob : str, patterns such as ``"shots/left*.jpg"``, or folders; or lists of files
     board : Board
     out : path of a folder that is not there yet (or is empty)
     ball : Ball, optional; a red one of 40 mm where it is not given
@@ -48,12 +53,14 @@ def import_images(
     return _imported(_match_halves(matching(left_glob), matching(right_glob)), board, Path(out), ball)
 
 
-def import_side_by_side(pattern: str, board: Board, out: str | Path, ball: Ball | None = None) -> Recording:
+def import_side_by_side(
+    pattern: str | Sequence[str], board: Board, out: str | Path, ball: Ball | None = None
+) -> Recording:
     """The same of pictures that hold both cameras' beside each other, the left one's on the left.
 
     Parameters
     ----------
-    pattern : str, such as ``"shots/*.jpg"``
+    pattern : str, such as ``"shots/*.jpg"``, or a folder, or a list of files
     board, out, ball : as in :func:`import_images`
 
     Raises
@@ -139,22 +146,40 @@ def _read(picture):
     return read_image(picture, grey_allowed=True) if isinstance(picture, Path) else picture.read()
 
 
-def matching(pattern: str | Path) -> list[Path]:
-    """Files that match a pattern, in natural order. The Windows prompt hands quotes on, so one pair round it is taken off.
+def matching(pattern: str | Path | Sequence[str]) -> list[Path]:
+    """Files that match a pattern, in natural order; those of a folder, or a list of files, which a shell makes of a pattern.
+
+    The Windows prompt hands quotes on, so one pair round it is taken off.
 
     Raises
     ------
     RecordingError
         If there is none.
     """
+    if not isinstance(pattern, (str, Path)):
+        return [path for one in pattern for path in matching(one)]
     pattern = str(pattern).strip()
     if len(pattern) >= 2 and pattern[0] == pattern[-1] and pattern[0] in "\"'":
         pattern = pattern[1:-1]
-    paths = [Path(p) for p in glob.glob(os.path.expanduser(pattern))]
-    paths = sorted((p for p in paths if p.is_file()), key=natural_key)
+    folder, name = os.path.split(os.path.expanduser(pattern))
+    if os.path.isdir(os.path.join(folder, name)):
+        folder, name = os.path.join(folder, name), "*"
+    # A folder that is there is meant as it is written, though its name may have brackets
+    folder = glob.escape(folder) if os.path.isdir(folder) else folder
+    found = (
+        [os.path.expanduser(pattern)]
+        if os.path.isfile(os.path.expanduser(pattern))
+        else glob.glob(os.path.join(folder, name))
+    )
+    paths = sorted((p for p in map(Path, found) if p.is_file() and not _left_by_a_system(p)), key=natural_key)
     if not paths:
         raise RecordingError(f"No file matches {pattern!r}. Put the pattern in quotes and check the folder.")
     return paths
+
+
+def _left_by_a_system(path):
+    """What Windows and macOS lay beside pictures."""
+    return path.name.startswith(".") or path.name.lower() in ("thumbs.db", "desktop.ini")
 
 
 def _match_halves(left, right):

@@ -119,6 +119,10 @@ class Recording:
         """
         pairs = {pair.name: pair for pair in self.pairs(set_name)}
         rows = read_table(self.path / set_name / "measured.csv", ("name", "x_mm", "y_mm", "depth_mm"))
+        if not rows:
+            raise RecordingError(
+                f"{self.path / set_name / 'measured.csv'} has no rows: one is expected for each picture, name, x, y and depth."
+            )
         samples: list[Sample] = []
         for where, row in rows:
             pair = _find_pair(pairs, row["name"], where)

@@ -171,7 +171,11 @@ def evaluate(
     clutter = clutter_of(recording)
     if clutter is not None:
         results.clutter = _clutter(clutter, calibration, report, cores)
-    if recording.has_samples("position") and recording.has_samples("depth"):
+    missing = [f"{name}/measured.csv" for name in ("position", "depth") if not recording.has_samples(name)]
+    if missing:
+        verb = "is" if len(missing) == 1 else "are"
+        results.failed["cone"] = f"Nothing can be located here: {' and '.join(missing)} {verb} missing."
+    else:
         judges = recording.judges()
         results.localizers["cone"] = Localizer.fit(recording, "cone", calibration, leave_out=judges)
         try:

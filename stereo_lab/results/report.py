@@ -77,7 +77,9 @@ def sentences(results: Results) -> list[str]:
     said = [f"Calibration: {facts['calibration']['verdict']}. {facts['calibration']['reasons'][0]}"]
     ways = [localizer.way for localizer in results.localizers.values()]
     said += [told for way in ways for told in (way.color_told, way.squares_told) if told]
-    if results.failed:
+    if "cone" in results.failed:
+        said.append(results.failed["cone"])
+    if "paper" in results.failed:
         said.append(f"The paper's way cannot be fitted on this recording. {results.failed['paper']}")
     volume = {m: ((facts["evaluation"] or {}).get(m) or {}).get("volume") for m in ("paper", "cone")}
     if volume["paper"] and volume["cone"]:
