@@ -86,7 +86,7 @@ def test_detect_writes_json(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["bench", "second_rig"])
+@pytest.mark.parametrize("name", ["bench", "second_rig", "third_rig"])
 def test_calibrating_anew_gives_what_the_recording_brings(name, tmp_path):
     """The shipped calibration was made on another computer: parameters and verdict are the same here."""
     shipped = StereoCalibration.load(ROOT / "data" / name / "calibration.json")
