@@ -8,6 +8,7 @@ import os
 import sys
 from collections.abc import Sequence
 
+from stereo_lab import __version__
 from stereo_lab.cli.arm import ARM_ACTIONS, run_arm
 from stereo_lab.cli.capture import run_board, run_cameras, run_check, run_export, run_import, run_record
 from stereo_lab.cli.checks import run_bench, run_test
@@ -72,6 +73,7 @@ def _parser():
     parser = argparse.ArgumentParser(
         prog="stereo-lab", description="See in 3D with two webcams: calibrate, find the ball, locate it."
     )
+    parser.add_argument("--version", action="version", version=f"stereo-lab {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     def add(name, run, text, example, **more):

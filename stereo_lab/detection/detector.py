@@ -102,7 +102,10 @@ class BallDetector:
         return [self._surer(image, replace(ball, score=p)) for ball, p in alone if p >= BALL]
 
     def candidates(self, image: np.ndarray, most: int = 4) -> list[Detection]:
-        """What may be the ball, best first, each with the probability that it, and not another thing or none, is it."""
+        """What may be the ball, best first, each with the probability that it, and not another thing or none, is it.
+
+        Where one is sure at a glance, nothing else is looked for: of two balls alike this gives one, :meth:`detect_all` both.
+        """
         return [ball for ball, _ in self.weighed(image, most)]
 
     def weighed(self, image: np.ndarray, most: int = 8, everything: bool = False) -> list[tuple[Detection, float]]:
