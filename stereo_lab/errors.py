@@ -10,7 +10,14 @@ class RecordingError(StereoLabError):
 
 
 class CalibrationError(StereoLabError):
-    """Boards from which no calibration can be made, or a calibration that does not fit."""
+    """Boards from which no calibration can be made, or a calibration that does not fit.
+
+    ``fault``: what the doctor calls it, such as "never_tilted", where that is known.
+    """
+
+    def __init__(self, says: str, fault: str = "") -> None:
+        super().__init__(says)
+        self.fault = fault
 
 
 class SwappedSidesError(CalibrationError):

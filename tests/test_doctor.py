@@ -495,3 +495,19 @@ def test_squares_and_tables_in_one_wrong_unit_are_not_the_balls_fault(third_rig,
     path.write_text(json.dumps(facts))
     finding = check_recording(open_recording(spoilt.path)).findings[0]
     assert finding.name == "square_unit" and "in centimetres, and the measured places as well" in finding.says
+
+
+def test_one_cameras_pictures_on_both_sides_are_called_that(bench, tmp_path):
+    mine = tmp_path / "mine"
+    for side in ("left", "right"):
+        shutil.copytree(bench.path / "calibration" / "left", mine / "calibration" / side)
+    shutil.copy(bench.path / "recording.json", mine)
+    assert [finding.name for finding in check_recording(open_recording(mine)).findings][:1] == ["same_pictures"]
+
+
+def test_a_broken_picture_is_no_broken_table(bench, tmp_path):
+    mine = tmp_path / "mine"
+    shutil.copytree(bench.path, mine, ignore=shutil.ignore_patterns("evaluation", "snaps", "track", "still", "truth.json"))
+    (mine / "depth" / "left" / "003.jpg").write_bytes(b"broken")
+    found = {finding.name: finding.says for finding in check_recording(open_recording(mine)).findings}
+    assert "003.jpg" in found["picture_broken"] and "table_broken" not in found

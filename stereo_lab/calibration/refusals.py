@@ -42,7 +42,8 @@ def check_two_cameras(views: Sequence[View]) -> None:
     if apart and np.median(apart) < SAME_PX:
         raise CalibrationError(
             "Left and right show the same pictures, as if of one camera. Give each side the pictures of its own camera, "
-            "or, where they were recorded here, two different camera numbers."
+            "or, where they were recorded here, two different camera numbers.",
+            fault="same_pictures",
         )
 
 
@@ -53,7 +54,8 @@ def check_spread(views: Sequence[View], size: tuple[int, int]) -> None:
         if np.ma.masked_invalid(corners).std(axis=0).mean() < STILL * size[0]:
             raise CalibrationError(
                 f"The board is in the same place in all {len(corners)} pairs. Between two pictures, move it to another "
-                "part of the picture, turn it, and tilt it to another side."
+                "part of the picture, turn it, and tilt it to another side.",
+                fault="one_place",
             )
 
 
@@ -75,11 +77,12 @@ def check_sides(rig: Rig) -> None:
     step = -rig.rotation.T @ rig.translation  # where the right camera stands, in the left one's frame
     across, down, _ = np.eye(3) + rig.rotation
     if abs(step @ down) > abs(step @ across):
-        raise CalibrationError("One camera stands above the other. Put them side by side.")
+        raise CalibrationError("One camera stands above the other. Put them side by side.", fault="one_above_the_other")
     if step @ across < 0:
         raise SwappedSidesError(
             "Left and right are swapped: the camera called right stands to the left of the other. "
-            "Swap the folders (or the two patterns, or the two camera numbers)."
+            "Swap the folders (or the two patterns, or the two camera numbers).",
+            fault="sides_swapped",
         )
 
 
@@ -91,9 +94,11 @@ def check_focal(sigma_percent: float, rms_px: float) -> None:
     if sigma_percent * CLEAR_PX / max(rms_px, CLEAR_PX) <= BLURRED_FOCAL_PERCENT:
         raise CalibrationError(
             f"The boards contradict each other by {rms_px:.1f} px, and {leaves}. Was a camera moved, refocused or zoomed "
-            "between two pairs? `stereo-lab check` tries which pairs belong together."
+            "between two pairs? `stereo-lab check` tries which pairs belong together.",
+            fault="never_tilted",
         )
     raise CalibrationError(
         f"The boards {leaves}: they are all parallel to the "
-        "picture, or nearly. Tilt the board to the left, to the right, forwards and backwards, by 20 to 40 degrees."
+        "picture, or nearly. Tilt the board to the left, to the right, forwards and backwards, by 20 to 40 degrees.",
+        fault="never_tilted",
     )

@@ -78,7 +78,9 @@ def _make(recording, key, progress):
         made = calibrate_stereo(recording.pairs("calibration"), recording.board, progress, distance_mm(recording))
     except SwappedSidesError as error:
         swap = f"stereo-lab calibrate {recording.path} --swap"
-        raise SwappedSidesError(f"{error} Or have it done, for every set of this recording: {swap}") from None
+        raise SwappedSidesError(
+            f"{error} Or have it done, for every set of this recording: {swap}", error.fault
+        ) from None
     result = replace(made, made_from=key)
     try:
         result.save(_user_path(key))

@@ -9,6 +9,7 @@ import numpy as np
 from stereo_lab.calibration.advice import depth_map, where_to_hold
 from stereo_lab.calibration.cameras import StereoCalibration
 from stereo_lab.recording import Board
+from stereo_lab.recording.bounds import SQUARES_MM, UNIT_NAMES
 
 GOOD = 0.005  # of the distance: sigma of depth in nine tenths of the field,
 USABLE = 0.01  # or in half of it
@@ -16,8 +17,6 @@ MISFIT = 3.0  # boards that differ so much more than their corners explain are n
 FEW = 8  # of fewer none can tell
 ROUGH_PX = 1.0  # corners that miss so far are blurred, or the lens is of another kind
 PLAUSIBLE_BASELINE_MM = (20.0, 1500.0)
-PLAUSIBLE_SQUARE_MM = (4.0, 250.0)
-UNITS = ((10.0, "centimetres"), (1000.0, "metres"), (25.4, "inches"), (0.1, "tenths of a millimetre"))
 GRADES = ("good", "usable", "poor")
 
 
@@ -76,12 +75,12 @@ def _doubts(calibration: StereoCalibration, board: Board) -> Iterator[tuple[int,
 def _unit_doubts(calibration, board):
     """A square size in another unit than millimetres shows in the distance between the cameras."""
     low, high = PLAUSIBLE_BASELINE_MM
-    square_low, square_high = PLAUSIBLE_SQUARE_MM
+    square_low, square_high = SQUARES_MM
     baseline, square = calibration.baseline_mm, board.square_mm
     if low <= baseline <= high and square_low <= square <= square_high:
         return
     said = f"With squares of {square:g} mm the cameras would stand {baseline:.3g} mm apart, which cannot be."
-    for factor, unit in UNITS:
+    for factor, unit in UNIT_NAMES.items():
         if low <= baseline * factor <= high and 8 <= square * factor <= 120:
             yield (
                 2,

@@ -87,7 +87,7 @@ class Coverage:
 
     def is_new(self, left: Glance | None, right: Glance | None) -> bool:
         """Whether a board is somewhere else, or held in another way, than all that were taken."""
-        return all(_apart(now, before) > SAME for before in self.taken for now in ((left, right),))
+        return all(_apart((left, right), before) > SAME for before in self.taken)
 
     def reaches_rim(self, seen: Glance, side: int) -> bool:
         """Whether a board fills a cell at the rim of one camera's picture in which none was yet."""

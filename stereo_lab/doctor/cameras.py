@@ -17,6 +17,7 @@ from stereo_lab.doctor.known import Coverage, apart_mm, coverage_of, doubt_mm
 from stereo_lab.doctor.pairing import mend_pairs, turned_round
 from stereo_lab.doctor.pictures import Look
 from stereo_lab.errors import CalibrationError, StereoLabError
+from stereo_lab.recording.bounds import SQUARES_MM, UNIT_NAMES
 
 FEWEST = 4  # boards from which cameras can be told
 GOOD_DOUBT, IN_DOUBT = (
@@ -32,8 +33,6 @@ UNEVEN = 2.5  # times the median doubt
 WRONG_PX = 1.0  # corners that are left out by less are worth no word
 APART = "not_together", "stabilised"  # all pairs are concerned, and no calibration is told
 PLAUSIBLE_BASELINE_MM = 25.0, 500.0
-UNITS = {10.0: "centimetres", 25.4: "inches", 1000.0: "metres", 0.1: "tenths of a millimetre"}
-SQUARES_MM = 4.0, 250.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,11 +110,10 @@ def _too_few(boards, names):
 
 def _upside_down(mends, together):
     """Mends without those that a camera upside down brings about; what to undo in pictures; and the finding, or None."""
-    mirror = next((m.name for m in mends if m.name == "mirrored"), None)
+    mirror = next((m for m in mends if m.name == "mirrored"), None)
     undo = ("", "")
     if mirror is not None:
-        side = next(m for m in mends if m.name == "mirrored").says.split()[1]
-        undo = ("mirror", "") if side == "left" else ("", "mirror")
+        undo = ("mirror", "") if mirror.side == "left" else ("", "mirror")
     if together is None:
         return mends, undo, None
     rotation = together.solution.rig.rotation
@@ -133,9 +131,11 @@ def _upside_down(mends, together):
 def _calibrated(boards, names, depth_mm):
     """The calibration that the course would make of these boards, and why none if none."""
     try:
-        return calibrate_views(boards.views, boards.board, boards.size, names, (), depth_mm), ""
-    except (CalibrationError, np.linalg.LinAlgError) as error:
-        return None, str(error)
+        return calibrate_views(boards.views, boards.board, boards.size, names, (), depth_mm), None
+    except CalibrationError as error:
+        return None, error
+    except np.linalg.LinAlgError as error:
+        return None, CalibrationError(str(error))
 
 
 def _costs(mends, calibrations, depth_mm, upset):
@@ -183,16 +183,10 @@ def _refused(why, covers, findings):
     """Findings where no calibration comes out, and nothing found so far says why."""
     if any(f.severity == STOPS for f in findings):
         return []
-    if "focal length open" in why:
-        return [Finding("never_tilted", why, ADVICE["never_tilted"], severity=STOPS)]
-    if "same pictures" in why:
-        return [Finding("same_pictures", why, ADVICE["same_pictures"], severity=STOPS)]
-    if "same place" in why:
-        return [Finding("one_place", why, ADVICE["one_place"], severity=STOPS)]
-    if "stands above" in why:
-        return [Finding("one_above_the_other", why, ADVICE["one_above_the_other"], severity=STOPS)]
+    if why.fault:
+        return [Finding(why.fault, str(why), ADVICE[why.fault], severity=STOPS)]
     lacks = _lacks(covers) if covers is not None else []
-    name, text = lacks[0][1:] if lacks else ("not_together", why)
+    name, text = lacks[0][1:] if lacks else ("not_together", str(why))
     return [Finding(name, text, ADVICE[name], severity=STOPS)]
 
 
@@ -287,7 +281,9 @@ def _board(calibration, boards):
     low, high = PLAUSIBLE_BASELINE_MM
     baseline, square = calibration.baseline_mm, boards.board.square_mm
     units = [
-        (f, u) for f, u in UNITS.items() if low <= baseline * f <= high and SQUARES_MM[0] <= square * f <= SQUARES_MM[1]
+        (f, u)
+        for f, u in UNIT_NAMES.items()
+        if low <= baseline * f <= high and SQUARES_MM[0] <= square * f <= SQUARES_MM[1]
     ]
     if not low <= baseline <= high or not SQUARES_MM[0] <= square <= SQUARES_MM[1]:
         says = f"With squares of {square:g} mm the cameras stand {baseline:.3g} mm apart, which cannot be."

@@ -46,6 +46,7 @@ class Mend:
     boards : Boards afterwards
     rigs : (before, since) of a change, Rig each; empty where nothing has moved
     evidence : Evidence
+    side : str, "left" or "right" where one camera is concerned
     """
 
     name: str
@@ -54,6 +55,7 @@ class Mend:
     boards: Boards
     rigs: tuple[Rig, ...] = ()
     evidence: Evidence | None = None
+    side: str = ""
 
 
 def mend_pairs(boards: Boards) -> tuple[list[Mend], Together | None]:
@@ -104,7 +106,8 @@ def _noted(boards, best, as_is, mends):
         if told["name"] == "moved":
             return _moved(boards, told["k"], mends)
         name, says, pairs = _in_words(told, boards)
-        mends.append(Mend(name, says, pairs, best.mended, evidence=_numbers(as_is, boards, pairs)))
+        seen, side = _numbers(as_is, boards, pairs), str(told.get("side", ""))
+        mends.append(Mend(name, says, pairs, best.mended, evidence=seen, side=side))
     return best.mended
 
 

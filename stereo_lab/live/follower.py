@@ -30,6 +30,10 @@ WRONG_SIDE = (
 )
 
 
+class _WrongSideError(UnreachableTargetError):
+    """A place that the arm reaches with its elbow on the other side only."""
+
+
 @dataclass(frozen=True)
 class Step:
     """What the arm was asked for at one picture.
@@ -119,8 +123,10 @@ class Follower:
             try:
                 wanted = self._aim(track, now_s, reached)
                 said = "follows"
-            except UnreachableTargetError as error:
-                said = WRONG_SIDE if str(error) == WRONG_SIDE else "the ball is out of reach"
+            except _WrongSideError:
+                said = WRONG_SIDE
+            except UnreachableTargetError:
+                said = "the ball is out of reach"
         if wanted is None and self._steers:
             self.rest()
         first, second = (round(p * n / 360) for p, n in zip(status.position_deg, self._edges, strict=True))
@@ -189,7 +195,7 @@ class Follower:
             return JointAngles(*_yours(self.inverse, "inverse", 2, x, y))
         poses = [pose for pose in poses if pose.theta2_deg * self._side >= 0]
         if not poses:
-            raise UnreachableTargetError(WRONG_SIDE)
+            raise _WrongSideError(WRONG_SIDE)
         return poses[0]
 
     def _where_it_could_stop(self, wanted, track, ready_s):
