@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 from dataclasses import replace
 
 import cv2
@@ -507,7 +508,9 @@ def test_one_cameras_pictures_on_both_sides_are_called_that(bench, tmp_path):
 
 def test_a_broken_picture_is_no_broken_table(bench, tmp_path):
     mine = tmp_path / "mine"
-    shutil.copytree(bench.path, mine, ignore=shutil.ignore_patterns("evaluation", "snaps", "track", "still", "truth.json"))
+    shutil.copytree(
+        bench.path, mine, ignore=shutil.ignore_patterns("evaluation", "snaps", "track", "still", "truth.json")
+    )
     (mine / "depth" / "left" / "003.jpg").write_bytes(b"broken")
     found = {finding.name: finding.says for finding in check_recording(open_recording(mine)).findings}
     assert "003.jpg" in found["picture_broken"] and "table_broken" not in found

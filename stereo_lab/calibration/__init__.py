@@ -9,7 +9,7 @@ also tells how well it knows the cameras, and so any place that they tell. The o
 
 from stereo_lab.calibration.advice import depth_map, where_to_hold
 from stereo_lab.calibration.cameras import StereoCalibration
-from stereo_lab.calibration.corners import board_shown, counts_squares, find_corners, match_order
+from stereo_lab.calibration.corners import board_shown, counts_squares, find_corners, match_order, only_the_markers
 from stereo_lab.calibration.homography import find_homography, focal_from_homography
 from stereo_lab.calibration.printed import opencv_board
 from stereo_lab.calibration.recipe import calibrate_stereo, calibrate_views
@@ -17,6 +17,6 @@ from stereo_lab.calibration.store import boards_of, calibrate_anew, calibrate_re
 
 __all__ = [
     "StereoCalibration", "board_shown", "boards_of", "calibrate_anew", "calibrate_recording", "calibrate_stereo",
-    "calibrate_views", "counts_squares", "depth_map", "find_calibration", "find_corners", "find_homography", "focal_from_homography", "match_order", "opencv_board",
+    "calibrate_views", "counts_squares", "depth_map", "find_calibration", "find_corners", "find_homography", "focal_from_homography", "match_order", "only_the_markers", "opencv_board",
     "where_to_hold",
 ]  # fmt: skip

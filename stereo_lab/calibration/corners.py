@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -11,9 +12,9 @@ import numpy as np
 from stereo_lab.calibration.charuco import dictionary_in, find_charuco
 from stereo_lab.calibration.crossing import place_corners
 from stereo_lab.calibration.finders import classic, sector
-from stereo_lab.errors import CalibrationError
+from stereo_lab.errors import CalibrationError, StereoLabError
 from stereo_lab.recording import Board, StereoPair
-from stereo_lab.recording.bounds import CHARUCO, FEWEST_CORNERS, MOST_CORNERS
+from stereo_lab.recording.bounds import CHARUCO, FEWEST_CORNERS, MARKER, MOST_CORNERS
 
 SHOWN = 3  # pairs in which another board is looked for
 NEAR_OF_SQUARE = 0.2  # radius of the first, rough placing, as a part of the square
@@ -136,6 +137,11 @@ def check_board_size(pairs: Sequence[StereoPair], board: Board) -> None:
     shown = board_shown(pairs, board)
     if shown is None:
         return
+    if CHARUCO in (board.kind, shown.kind) and not only_the_markers(board, shown):
+        raise CalibrationError(
+            f"The board was said to be a {board}; the pictures show a {shown}. Of a ChArUco board the squares are counted, of a "
+            "chessboard without markers the corners where four squares meet. Set the board to what the pictures show."
+        )
     if board.kind == CHARUCO:
         raise CalibrationError(
             f"The board's markers were said to be from {board.dictionary}; those in the pictures are from {shown.dictionary}, or "
@@ -146,6 +152,11 @@ def check_board_size(pairs: Sequence[StereoPair], board: Board) -> None:
         f"The board was said to have {board.columns}x{board.rows} inner corners; the pictures show "
         f"{shown.columns}x{shown.rows}.{counted} Set board columns to {shown.columns} and rows to {shown.rows}."
     )
+
+
+def only_the_markers(board: Board, shown: Board) -> bool:
+    """Whether a ChArUco board is the one that was told but for its dictionary."""
+    return board.kind == shown.kind == CHARUCO and (board.columns, board.rows) == (shown.columns, shown.rows)
 
 
 def counts_squares(board: Board, shown: Board) -> bool:
@@ -162,11 +173,37 @@ def board_shown(pairs: Sequence[StereoPair], board: Board) -> Board | None:
 
 
 def _other_board(image, board):
-    """A board of another size, or with markers from another dictionary, that one picture shows; or None."""
-    if board.kind == CHARUCO:
-        name = dictionary_in(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), board)
-        return None if name is None else replace(board, dictionary=name)
-    return next((other for other in _neighbours(board) if find_corners(image, other, (classic,)) is not None), None)
+    """A board of another size or kind, or with markers from another dictionary, that one picture shows; or None."""
+    read = dictionary_in(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), board)
+    if board.kind == CHARUCO and read is not None:
+        return replace(board, dictionary=read)
+    others = _other_prints(board) if board.kind == CHARUCO else [*_neighbours(board), *_with_markers(board, read)]
+    return next((other for other in others if _shows(image, other)), None)
+
+
+def _shows(image, board):
+    """Whether a picture shows a board, of a ChArUco board most of it."""
+    corners = find_corners(image, board, (classic,))
+    return corners is not None and np.isfinite(corners).all(axis=1).mean() > 0.5
+
+
+def _other_prints(board):
+    """What a ChArUco board is often taken for: counts exchanged, inner corners counted, no markers on it."""
+    columns, rows = board.columns, board.rows
+    for across, down in ((rows, columns), (columns + 1, rows + 1), (rows + 1, columns + 1)):
+        with contextlib.suppress(StereoLabError):  # its dictionary has too few markers
+            yield replace(board, columns=across, rows=down)
+    for across, down in ((columns - 1, rows - 1), (columns, rows)):
+        with contextlib.suppress(StereoLabError):  # too few corners
+            yield Board(across, down, board.square_mm)
+
+
+def _with_markers(board, dictionary):
+    """The ChArUco boards that may have been told as a chessboard without markers."""
+    counts = [(board.columns + 1, board.rows + 1), (board.columns, board.rows)]
+    for across, down in [*counts, *((down, across) for across, down in counts)] if dictionary is not None else ():
+        with contextlib.suppress(StereoLabError):
+            yield Board(across, down, board.square_mm, CHARUCO, MARKER * board.square_mm, dictionary)
 
 
 def _neighbours(board):

@@ -8,7 +8,7 @@ import sys
 import time
 
 from stereo_lab.cli.terminal import OK, write_json_option
-from stereo_lab.errors import ArmError, StereoLabError
+from stereo_lab.errors import ArmError, StereoLabError, UnreachableTargetError
 
 
 def run_arm(options: argparse.Namespace) -> int:
@@ -144,7 +144,7 @@ def _hang(arm):
     """With the end of a command its motors go off, and only where it hangs it cannot fall."""
     from stereo_lab.arm import JointAngles
 
-    with contextlib.suppress(ArmError):  # where hanging is out of its range, or it was stopped
+    with contextlib.suppress(ArmError, UnreachableTargetError):  # it was stopped, or hanging is out of its range
         arm.move_to(JointAngles(-90, 0))
         print("The arm hangs; now its motors go off.")
 

@@ -26,7 +26,7 @@ def board_of(columns: str, rows: str, options: argparse.Namespace, told_by: tupl
         If there can be no such board.
     """
     from stereo_lab.recording import Board
-    from stereo_lab.recording.bounds import CHARUCO, corner_count, dictionary_name, length_mm, markers_that_fit
+    from stereo_lab.recording.bounds import CHARUCO, MARKER, corner_count, dictionary_name, length_mm, markers_that_fit
 
     counted, more = ("squares", 1) if options.charuco else ("inner corners", 0)
     across = corner_count(columns, f"{told_by[0]}, {counted} across", more)
@@ -34,7 +34,7 @@ def board_of(columns: str, rows: str, options: argparse.Namespace, told_by: tupl
     square = length_mm(options.square_mm, "--square-mm")
     if not options.charuco:
         return Board(across, down, square)
-    marker = markers_that_fit(options.marker_mm or 0.75 * square, square, "--marker-mm")
+    marker = markers_that_fit(options.marker_mm or MARKER * square, square, "--marker-mm")
     return Board(
         across, down, square, CHARUCO, marker, dictionary_name(options.dictionary, across * down // 2, "--dictionary")
     )

@@ -20,10 +20,8 @@ from stereo_lab.errors import CalibrationError, StereoLabError
 from stereo_lab.recording.bounds import SQUARES_MM, UNIT_NAMES
 
 FEWEST = 4  # boards from which cameras can be told
-GOOD_DOUBT, IN_DOUBT = (
-    4.0,
-    8.0,
-)  # sigmas of a corner, as disparity: what good boards leave in doubt of depth, and what too few do
+# Sigmas of a corner, as disparity: what good boards leave in doubt of depth, and what too few do
+GOOD_DOUBT, IN_DOUBT = 4.0, 8.0
 NOISY_PX, WIDE_EDGE_PX = 0.3, 1.8  # corners that scatter so much, or edges so wide, are blurred
 SHARP_PX = 0.05  # sigma of sharp corners
 FEW, FLAT_DEG, ONE_PLACE, SMALL = 8, 25.0, 0.45, 0.12  # boards, degrees, part of the cells, part of the picture's width

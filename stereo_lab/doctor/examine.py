@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stereo_lab.calibration import board_shown, counts_squares, find_calibration, find_corners
+from stereo_lab.calibration import board_shown, counts_squares, find_calibration, find_corners, only_the_markers
 from stereo_lab.calibration.store import JUDGED_AT_MM, boards_of, distance_mm
 from stereo_lab.common.threads import one_thread
 from stereo_lab.doctor.advice import ADVICE
@@ -176,9 +176,9 @@ def _right_board(own, pairs, findings):
     if shown is None:
         return own
     name, says = "board_size", f"recording.json tells of a {own.board}; the pictures show a {shown}."
-    if own.board.kind == CHARUCO:
+    if only_the_markers(own.board, shown):
         name = "dictionary"
-    elif counts_squares(own.board, shown):
+    elif own.board.kind == shown.kind and counts_squares(own.board, shown):
         name, says = "squares_counted", f"{says} Squares were counted, not the corners between them."
     findings.append(Finding(name, says, ADVICE[name], severity=STOPS))
     return replace(own, board=shown)

@@ -11,6 +11,7 @@ from stereo_lab.errors import RecordingError
 LENGTHS_MM = (0.001, 100_000.0)  # a square given in metres is still told so by the calibration; no room is 100 m long
 FEWEST_CORNERS, MOST_CORNERS = 3, 100  # OpenCV needs three each way; a picture cannot show a hundred sharply
 PICTURE_PX = (8, 20_000)  # one side; see also LARGEST_PICTURE in pictures.py
+MARKER = 0.75  # side of a ChArUco board's marker, as a part of its square, where nobody tells it
 # Millimetres in what people take for a millimetre, the likeliest first; squares that somebody prints
 UNIT_NAMES = {10.0: "centimetres", 1000.0: "metres", 25.4: "inches", 0.1: "tenths of a millimetre"}
 SQUARES_MM = (4.0, 250.0)
