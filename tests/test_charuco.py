@@ -205,6 +205,25 @@ def test_another_dictionary_is_named():
         calibrate_stereo(pairs_of(CHARUCO, PLACES[:4]), other)
 
 
+@pytest.mark.parametrize(
+    ("told", "named"),
+    [
+        (Board(5, 7, 35.0, "charuco", 26.0, "DICT_4X4_50"), "board of 7x5 squares"),
+        (Board(6, 4, 35.0, "charuco", 26.0, "DICT_4X4_50"), "board of 7x5 squares"),
+    ],
+    ids=["exchanged", "inner corners"],
+)
+def test_a_charuco_board_told_as_another_is_named(told, named):
+    with pytest.raises(CalibrationError, match=f"the pictures show a .*{named}"):
+        calibrate_stereo(pairs_of(CHARUCO, PLACES[:4]), told)
+
+
+def test_a_chessboard_told_as_a_charuco_board_is_named():
+    told = Board(7, 5, 35.0, "charuco", 26.0, "DICT_4X4_50")
+    with pytest.raises(CalibrationError, match="the pictures show a board with 6x4 inner corners"):
+        calibrate_stereo(pairs_of(CHESS, PLACES[:4]), told)
+
+
 def test_a_recording_says_which_board(tmp_path):
     folder = tmp_path / "mine"
     folder.mkdir()

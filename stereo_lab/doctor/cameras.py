@@ -9,6 +9,7 @@ import numpy as np
 
 from stereo_lab.calibration import StereoCalibration, calibrate_views, depth_map, where_to_hold
 from stereo_lab.calibration.bundle import matrices
+from stereo_lab.calibration.refusals import check_two_cameras
 from stereo_lab.calibration.solver import robust_sigma
 from stereo_lab.doctor.advice import ADVICE
 from stereo_lab.doctor.boards import Boards, camera_alone
@@ -66,6 +67,10 @@ def check_cameras(boards: Boards, names: Sequence[str], looks: dict[tuple[str, s
     """
     if boards.both.sum() < FEWEST:
         return Cameras([_too_few(boards, names)])
+    try:
+        check_two_cameras([view for view in boards.views if view.seen_by_both])
+    except CalibrationError as error:
+        return Cameras(_refused(error, None, []))
     mends, together = mend_pairs(boards)
     findings, swapped = [], False
     if together is not None and turned_round(together.solution.rig):
