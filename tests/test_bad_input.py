@@ -685,6 +685,15 @@ def test_detect_takes_patterns_and_folders(bench, capsys):
     assert len(by_pattern) == 10 and by_pattern == by_folder[:10] and len(by_folder) == len(list(folder.iterdir()))
 
 
+def test_a_picture_that_cannot_be_read_does_not_hide_the_others(bench, tmp_path, capsys):
+    good, bad = bench.pairs("snaps")[0].left_path, tmp_path / "cut.jpg"
+    bad.write_bytes(good.read_bytes()[:3000])
+    assert main(["detect", str(bad), str(good), "--json", str(tmp_path / "found.json")]) == 2
+    told = capsys.readouterr()
+    assert "cut.jpg" in told.err and "u 1" in told.out
+    assert [row["file"] for row in json.loads((tmp_path / "found.json").read_text())] == [str(good)]
+
+
 def test_samples_that_no_depth_follows():
     with pytest.raises(StereoLabError, match="No curve"):
         OffsetDepth.fit([10, 20, 30, 40], [1000, 1100, 900, 1200])

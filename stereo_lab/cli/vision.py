@@ -8,9 +8,9 @@ import sys
 import time
 from pathlib import Path
 
-from stereo_lab.cli.terminal import OK, WANTING, Progress, write_json_option
+from stereo_lab.cli.terminal import BAD_INPUT, OK, WANTING, Progress, write_json_option
 from stereo_lab.common.packages import to_install
-from stereo_lab.errors import StereoLabError
+from stereo_lab.errors import RecordingError, StereoLabError
 
 FRAMES_LEARNED = 60  # of a video: enough that some show the ball clearly
 MOST_CORES = 4  # each holds 100 MB
@@ -70,7 +70,7 @@ def run_calibrate(options: argparse.Namespace) -> int:
 
 
 def run_detect(options: argparse.Namespace) -> int:
-    """Find the ball in pictures and print where it is. The exit code is OK."""
+    """Find the ball in pictures and print where it is. The exit code is BAD_INPUT where one cannot be read, else OK."""
     from stereo_lab.detection import BallDetector
     from stereo_lab.recording import is_video, read_image
 
@@ -78,13 +78,19 @@ def run_detect(options: argparse.Namespace) -> int:
     pictures = [path for path in options.images if not is_video(path)]
     detector = BallDetector(_color(options, pictures), options.method)
     rows = []
+    code = OK
     for path in pictures:
-        rows.append({"file": str(path), **_looked(detector, read_image(path))[0]})
+        try:
+            rows.append({"file": str(path), **_looked(detector, read_image(path))[0]})
+        except RecordingError as error:  # the others can be looked at all the same
+            print(f"stereo-lab: {error}", file=sys.stderr)
+            code = BAD_INPUT
+            continue
         _say(options, str(path), rows[-1]["detection"])
     for path in filter(is_video, options.images):
         rows += _watched(path, detector, options)
     write_json_option(options.json, rows)
-    return OK
+    return code
 
 
 def _files(word):
