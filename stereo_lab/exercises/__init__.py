@@ -10,8 +10,8 @@ depth_mm = mine("04.3", recording)    # in a later lesson
 
 from __future__ import annotations
 
-import reprlib
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stereo_lab.errors import StereoLabError
@@ -49,8 +49,8 @@ def questions(lesson: str, recording: Recording, **seen: Any) -> tuple[Question,
     name = str(lesson).zfill(2)
     if name not in LESSONS:
         raise StereoLabError(f"There are no questions for lesson {lesson!r}. Lessons: {', '.join(LESSONS)}.")
-    if not hasattr(recording, "ball_sets"):  # a name, say
-        raise StereoLabError(f"Expected a recording, as open_recording gives it; got {reprlib.repr(recording)}.")
+    if isinstance(recording, str | Path):
+        raise StereoLabError(f"Expected a recording, as open_recording gives it; got {str(recording)!r}.")
     explain_stops()
     asked = import_module(f"stereo_lab.exercises.lesson{name}").questions(recording, **seen)
     if recording.seat is None:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import reprlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -67,8 +67,8 @@ class Localizer:
         StereoLabError
             If the ball is not found in enough samples.
         """
-        if not isinstance(recording, Recording):
-            raise StereoLabError(f"Expected a recording, as open_recording gives it; got {reprlib.repr(recording)}.")
+        if isinstance(recording, str | Path):
+            raise StereoLabError(f"Expected a recording, as open_recording gives it; got {str(recording)!r}.")
         if method not in WAYS:
             raise StereoLabError(f'There is no method {method!r}. Choose "cone" or "paper".')
         calibration = calibration or calibrate_recording(recording)
