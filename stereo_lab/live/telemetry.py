@@ -64,12 +64,12 @@ class _Link:
     """A client of a broker that connects by itself, again and again."""
 
     def __init__(self, broker: str, settings: Mapping[str, str] = os.environ) -> None:
+        tls = settings.get(TLS, "")
+        self.host, self.port = address(broker, bool(tls))
         try:
             from paho.mqtt.client import CallbackAPIVersion, Client
         except ImportError:
             raise StereoLabError(f"MQTT needs one more package: {to_install('paho-mqtt>=2.1')}") from None
-        tls = settings.get(TLS, "")
-        self.host, self.port = address(broker, bool(tls))
         self.client = Client(CallbackAPIVersion.VERSION2)
         self.trouble = (
             f"{self.host}:{self.port} has not answered yet. Does a broker run there? It is tried again and again"
