@@ -2,7 +2,14 @@
 
 
 class StereoLabError(Exception):
-    """Bad input or a step that cannot go on. The message is written for the person at the keyboard."""
+    """Bad input or a step that cannot go on. The message is written for the person at the keyboard.
+
+    ``fault``: what the doctor calls it, such as "never_tilted", where that is known.
+    """
+
+    def __init__(self, says: str = "", fault: str = "") -> None:
+        super().__init__(says)
+        self.fault = fault
 
 
 class RecordingError(StereoLabError):
@@ -10,14 +17,7 @@ class RecordingError(StereoLabError):
 
 
 class CalibrationError(StereoLabError):
-    """Boards from which no calibration can be made, or a calibration that does not fit.
-
-    ``fault``: what the doctor calls it, such as "never_tilted", where that is known.
-    """
-
-    def __init__(self, says: str, fault: str = "") -> None:
-        super().__init__(says)
-        self.fault = fault
+    """Boards from which no calibration can be made, or a calibration that does not fit."""
 
 
 class SwappedSidesError(CalibrationError):

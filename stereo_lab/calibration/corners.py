@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -174,10 +175,14 @@ def board_shown(pairs: Sequence[StereoPair], board: Board) -> Board | None:
 
 def _other_board(image, board):
     """A board of another size or kind, or with markers from another dictionary, that one picture shows; or None."""
-    read = dictionary_in(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), board)
-    if board.kind == CHARUCO and read is not None:
-        return replace(board, dictionary=read)
-    others = _other_prints(board) if board.kind == CHARUCO else [*_neighbours(board), *_with_markers(board, read)]
+    grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+    if board.kind == CHARUCO:
+        read = dictionary_in(grey, board)
+        if read is not None:
+            return replace(board, dictionary=read)
+        others = _other_prints(board)
+    else:
+        others = itertools.chain(_neighbours(board), _with_markers(grey, board))  # markers are read last
     return next((other for other in others if _shows(image, other)), None)
 
 
@@ -198,8 +203,9 @@ def _other_prints(board):
             yield Board(across, down, board.square_mm)
 
 
-def _with_markers(board, dictionary):
+def _with_markers(grey, board):
     """The ChArUco boards that may have been told as a chessboard without markers."""
+    dictionary = dictionary_in(grey, board)
     counts = [(board.columns + 1, board.rows + 1), (board.columns, board.rows)]
     for across, down in [*counts, *((down, across) for across, down in counts)] if dictionary is not None else ():
         with contextlib.suppress(StereoLabError):

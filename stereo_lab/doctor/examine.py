@@ -88,11 +88,8 @@ def _judged_at(recording, findings):
 
 def _unreadable(error):
     """A table that cannot be used, a picture that cannot, or one without its other half."""
-    says = str(error)
-    name = (
-        "table_broken" if "measured.csv" in says else "half_missing" if "half of the pair" in says else "picture_broken"
-    )
-    return Finding(name, says, ADVICE[name], severity=STOPS)
+    name = error.fault or ("table_broken" if "measured.csv" in str(error) else "picture_broken")
+    return Finding(name, str(error), ADVICE[name], severity=STOPS)
 
 
 def _look_at_boards(recording, depth, findings, say):

@@ -105,12 +105,11 @@ def _rectified_samples(recording, set_name, samples, calibration, detector):
     samples = [s for s in samples[set_name] if s.use == "fit"]
     if not samples:
         raise RecordingError(f'{recording.path / set_name / "measured.csv"} has no row whose use is "fit".')
-    seen, places, missed, turned, tried = [], [], [], 0, 0
+    seen, places, missed, turned = [], [], [], 0
     queue = list(samples)
     while queue:
         sample = queue.pop(0)
         found = _in_rectified(calibration, detector, sample.pair.left, sample.pair.right)
-        tried += 1
         if found is None or found[0].u <= found[1].u:
             turned += found is not None
             missed.append(f"{set_name}/{sample.pair.name}")
@@ -121,6 +120,7 @@ def _rectified_samples(recording, set_name, samples, calibration, detector):
         left, right = found
         seen.append([left.u, left.v, left.u - right.u])
         places.append([sample.measured.x_mm, sample.measured.y_mm, sample.measured.depth_mm])
+    tried = len(seen) + len(missed)
     if turned > tried / 2:
         raise StereoLabError(
             f"In {turned} of {tried} {set_name} samples the ball is farther left in the left picture than in the "
