@@ -128,6 +128,17 @@ def test_a_flat_disc_is_less_probable_than_a_ball():
     assert ball.score > 0.5 > disc.score
 
 
+def test_a_matt_ball_in_even_light_is_one():
+    """The evidence of one before books, as a renderer shows it: little shade, a clean rim. Without any it is a print."""
+    seen = {
+        "contrast": 0.96, "rim": 0.79, "ends": 0.78, "overflow": 0, "lobes": -3.28, "astray": -1.84, "shade": -1.21,
+        "dark": -1.95, "unique": 0.65, "within": 0.97, "longest arc": 0.91, "beyond": -2.67, "unsure": -4.5,
+    }  # fmt: skip
+    ball = np.array([seen[name] for name in judge.EVIDENCE])
+    flat = np.array([{**seen, "shade": -3.2, "dark": -3.2}[name] for name in judge.EVIDENCE])
+    assert SHIPPED.logit(ball) > 2 and SHIPPED.logit(flat) < -4
+
+
 def test_none_is_among_the_choices():
     """Two things as probable as none: a third each, and no ball."""
     image, _ = draw_ball((0, 0, 800))
@@ -609,23 +620,22 @@ def test_a_learned_colour_is_the_one_written_down(bench):
 
 def test_an_unsure_edge_is_looked_for_again_and_the_surer_one_kept(bench):
     """By what is quiet round the ball; a sure edge stays, and so does one that is told much less surely then."""
-    clutter, bench_left = open_recording(ROOT / "data" / "clutter"), bench.pairs("evaluation")[0].left
+    rooms = [open_recording(ROOT / "data" / name) for name in ("clutter", "clutter_test")]
+    bench_left = bench.pairs("evaluation")[0].left
     red = BallDetector("red")
     sure = red.first(bench_left)
     assert not unsure(sure) and red.detect(bench_left) == sure
-    half_hidden = clutter.pairs("snaps")[84].left
+    half_hidden = rooms[0].pairs("snaps")[84].left
     first = red.first(half_hidden)
     assert unsure(first) and red.detect(half_hidden) == first
     assert red.detect(list(half_hidden)) == first  # a list of rows will do, at the second look as well
-    truth = {p.name: clutter.true_ball("snaps", p.name) for p in clutter.pairs("snaps")}
     off = []
-    for pair in clutter.pairs("snaps"):
-        ball = red.first(pair.left)
-        if truth[pair.name] is not None and is_hit(ball, truth[pair.name]["left"]) and unsure(ball):
-            center = truth[pair.name]["left"][:2]
-            off.append([math.dist(b.center_px, center) for b in (ball, red.detect(pair.left))])
+    for room, pair in ((room, pair) for room in rooms for pair in room.pairs("snaps")):
+        ball, true = red.first(pair.left), room.true_ball("snaps", pair.name)
+        if true is not None and is_hit(ball, true["left"]) and unsure(ball):
+            off.append([math.dist(b.center_px, true["left"][:2]) for b in (ball, red.detect(pair.left))])
     first_off, again_off = np.mean(off, 0)
-    assert len(off) >= 10 and again_off < 0.9 * first_off
+    assert len(off) >= 50 and again_off < 0.9 * first_off
 
 
 @pytest.mark.parametrize("blur_px, most", [(0.8, 0.03), (0.5, 0.2), (1.3, 0.35)])

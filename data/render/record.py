@@ -165,7 +165,7 @@ def moving_parts(rig, frame, ball):
         return []
     carry = {"stand": lambda: scene.stand(ball, size, rig.room["table_y_mm"]), "wand": lambda: scene.wand(ball, size)}
     skin = int(stream(rig, "skin").integers(1 << 20))
-    parts = scene.ball(ball, size, frame.color, skin) + carry[frame.carrier]()
+    parts = scene.ball(ball, size, frame.color, rig.ball_gloss, skin) + carry[frame.carrier]()
     return parts + (scene.prop(frame.cover) if frame.cover else [])
 
 

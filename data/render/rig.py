@@ -79,6 +79,7 @@ class Rig:
     room: dict
     sets: dict
     samples: dict  # light paths a pixel for the empty "room", the "ball", and what is "around" it
+    ball_gloss: float = 0.65  # 0: matt
     bend_mm: float = 0.3
     ruler_mm: float = 0.5
 
@@ -121,6 +122,7 @@ def _rig(name, spec, seed):
         room=spec["room"],
         sets=spec["sets"],
         samples=spec["samples"],
+        ball_gloss=spec.get("ball_gloss", 0.65),
         bend_mm=spec.get("bend_mm", 0.3),
         ruler_mm=spec.get("ruler_mm", 0.5),
     )

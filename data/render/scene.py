@@ -245,8 +245,8 @@ def shelf(at, size, color, seed=0, palette=BOOKS):
     return surfaces
 
 
-def ball(center, diameter_mm, color, seed=0):
-    """A plastic ball, a thousandth out of round, its seam turned by the seed."""
+def ball(center, diameter_mm, color, gloss, seed=0):
+    """A plastic ball, a thousandth out of round, its seam turned by the seed; of no gloss, it is a matt one."""
     rng = np.random.default_rng(seed)
     theta, phi = np.meshgrid(np.linspace(0, np.pi, 97), np.linspace(0, 2 * np.pi, 193), indexing="ij")
     direction = np.stack([np.sin(theta) * np.cos(phi), np.cos(theta), np.sin(theta) * np.sin(phi)], -1)
@@ -256,7 +256,7 @@ def ball(center, diameter_mm, color, seed=0):
     shade = 0.92 + 0.12 * _noise(rng, 64, 128, 5)[..., None]
     points = np.asarray(center) + diameter_mm / 2 * out_of_round[..., None] * direction
     skin = bitmap(np.clip(np.array(BALL_COLORS[color]) * shade, 0, 0.95))
-    return [Surface(points, gloss=0.65, texture=skin)]
+    return [Surface(points, gloss=gloss, texture=skin)]
 
 
 def stand(center, diameter_mm, floor_y):

@@ -3,7 +3,8 @@
 ``things`` looks at data/clutter and data/clutter_test and keeps there what lesson 09 learns from, things_snaps.npz: to be done whenever
 evidence is taken in another way, so that nobody who opens the lesson waits for it.
 
-``look`` takes recordings of clutter that are rendered with other seeds (stereo-lab render clutter --seed 101 --out …) and
+``look`` takes recordings of clutter that are rendered with other seeds (stereo-lab render clutter --seed 101 --out s101; and
+matt balls in even light: stereo-lab render data/train/clutter_even.json --seed 301 --out e301) and
 folders of real frames with a labels.csv. It writes the evidence of every thing in them, and no picture, to rows/NAME.csv.
 ``fit`` needs these rows alone and writes stereo_lab/detection/weights.json, by the lines that lesson 09 reads
 (stereo_lab/detection/training.py). Nothing in it is left to chance: another processor gives the same numbers within 0.001.

@@ -276,7 +276,8 @@ def rows_of(*names: str) -> Rows:
 
     Parameters
     ----------
-    names : "s101" to "s104" and "s201" to "s206", rendered; "green_ball" and "orange_ball", real
+    names : "s101" to "s104" and "s201" to "s206", rendered; "e301" and "e302", too, with matt balls in even light;
+        "green_ball" and "orange_ball", real
     """
     picture, ball, evidence, has_ball = [], [], [], {}
     for name in names:
