@@ -630,10 +630,11 @@ def test_an_unsure_edge_is_looked_for_again_and_the_surer_one_kept(bench):
     assert unsure(first) and red.detect(half_hidden) == first
     assert red.detect(list(half_hidden)) == first  # a list of rows will do, at the second look as well
     off = []
-    for room, pair in ((room, pair) for room in rooms for pair in room.pairs("snaps")):
-        ball, true = red.first(pair.left), room.true_ball("snaps", pair.name)
+    shots = [(pair.left, room.true_ball("snaps", pair.name)) for room in rooms for pair in room.pairs("snaps")]
+    for picture, true in shots:
+        ball = red.first(picture)
         if true is not None and is_hit(ball, true["left"]) and unsure(ball):
-            off.append([math.dist(b.center_px, true["left"][:2]) for b in (ball, red.detect(pair.left))])
+            off.append([math.dist(b.center_px, true["left"][:2]) for b in (ball, red.detect(picture))])
     first_off, again_off = np.mean(off, 0)
     assert len(off) >= 50 and again_off < 0.9 * first_off
 

@@ -12,7 +12,7 @@ from stereo_lab.exercises.question import Question, lesson
 from stereo_lab.exercises.seats import numbers
 from stereo_lab.recording import Recording
 
-HUES = np.array([0, 2, 6, 7, 8, 30, 90, 120, 171, 172, 173, 175, 179, 180], np.uint8)
+HUES = np.array([0, 2, 6, 7, 8, 30, 90, 120, 171, 172, 173, 175, 179], np.uint8)
 CENTERS = ((10.0, 10.0, 13.0, 14.0), (100.0, 50.0, 100.25, 50.5), (20.0, 30.0, 26.0, 28.5))
 # Rings that votes towards the bright side do not draw
 OTHER_RINGS = (
@@ -51,7 +51,7 @@ def _order(pixel):
             of_several="Take one of them: pixel[0], pixel[1] or pixel[2].",
             known={f"pixel[{k}]": n for k, n in enumerate(pixel)} | {"255": 255},
             ask="Take one of the three as it stands there.",
-            beside=(("l|lightness|(the )?(second|middle)( one| number)?", "that is its name. The number that stands there is asked for: hls_pixel[…]."),),
+            beside=(("r|red|(the )?(third|last)( one| number)?", "that is its name. The number that stands there is asked for: pixel[…]."),),
         ),
         hints=(
             "The three numbers are colours in a certain order.",
@@ -82,13 +82,12 @@ def _wrap():
                 Wrong(lambda h: (h <= 7) | (h <= 172), "these are all hues up to 172. At least 172 is written >=."),
                 Wrong(lambda h: (h >= 7) | (h >= 172), "these are all hues from 7 on. At most 7 is written <=."),
                 Wrong(lambda h: (h <= 14) | (h >= 344), "OpenCV halves the hues already: 0 to 179. The bounds are 7 and 172."),
-                Wrong(lambda h: (h > 0) & (h <= 7) | (h >= 172) & (h < 180), "0 is red as well: it is at most 7. And nothing is needed above 172: no hue is beyond the circle."),
                 Wrong(lambda h: (h > 0) & (h <= 7) | (h >= 172), "0 is red as well: it is at most 7."),
                 Wrong(lambda h: (h <= 7) ^ (h <= 172), "^ is True where just one of the two is, and the second sign is turned. Use | and >=."),
                 Wrong(lambda h: ~(h <= 7) | (h >= 172), "~ turns the first condition alone round: without it."),
                 Wrong(lambda h: h == 0, "== takes one hue alone: use <= and >=."),
                 Wrong(lambda h: bool(is_red(h).any()), "this is one answer for all hues together. Give one for each."),
-                Wrong(lambda h: h <= 7, "half of red is missing: the hue wraps round, and 175 is red as well."),
+                Wrong(lambda h: h <= 7, "half of red is missing: the hue wraps round, and 175 is red as well. If you wrote it, put each of the two comparisons in brackets of its own."),
                 Wrong(lambda h: h >= 172, "half of red is missing: hues from 0 to 7 are red as well. If you wrote them, put each of the two comparisons in brackets of its own."),
                 Wrong(lambda h: (h >= 7) & (h <= 172), "this is everything that is not red. Turn both signs round."),
             ),
@@ -132,6 +131,7 @@ def _lightness(pixel):
             of_several="Take one of them: hls_pixel[0], hls_pixel[1] or hls_pixel[2].",
             known={"hls_pixel[0]": hue, "hls_pixel[1]": lightness, "hls_pixel[2]": saturation, "255": 255},
             ask="Take one of the three as it stands there.",
+            beside=(("l|lightness|(the )?(second|middle)( one| number)?", "that is its name. The number that stands there is asked for: hls_pixel[…]."),),
         ),
         hints=(
             "The letters of HLS are in the order of the numbers.",

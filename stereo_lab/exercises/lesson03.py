@@ -43,9 +43,9 @@ def _sign():
             ),
             "v grows downwards in a picture, y grows upwards on the bench.",
             same=(
-                ("(less|smaller|lower) than (zero|0)|(under|below) (zero|0)|negative|minus|(m )?<=? ?0", "below"),
-                ("(more|larger|bigger|greater|higher) than (zero|0)|(over|above) (zero|0)|positive|plus|(m )?>=? ?0", "above"),
-                ("0|(m )?=+ ?0|flat|level|neither", "zero"),
+                ("(less|smaller|lower) than (zero|0)|(under|below) (zero|0)|negative|minus|(m ?)?<=? ?(0|zero)", "below"),
+                ("(more|larger|bigger|greater|higher) than (zero|0)|(over|above) (zero|0)|positive|plus|(m ?)?>=? ?(0|zero)", "above"),
+                ("0|(m ?)?=+ ?(0|zero)|flat|level|neither", "zero"),
             ),
             beside=(
                 ("(it |that )?(depends|varies|changes).*", "a straight line has one slope, everywhere. Look at the table: v grows, and y?"),

@@ -48,6 +48,10 @@ def _twice_as_far():
                     "halves",
                 ),
                 ("(a |one )?quarter|four times smaller|1/4|0.25|divided by 4", "quarters"),
+                (
+                    "(gets |is |becomes )?(twice as (small|short|little|narrow)|(two|2) times (smaller|shorter|less|narrower))",
+                    "halves",
+                ),
                 ("twice( as (large|big|much|far))?|two times( larger| bigger)?|2x|times 2", "doubles"),
                 ("(stays )?(the )?same|constant|nothing|no change|unchanged|(does not|doesn't) change", "stays"),
             ),
@@ -112,7 +116,7 @@ def _disparity(left_u, right_u, raw_px, baseline, focal):
         answer=Number(
             right, 0.3, "px",
             (
-                Wrong(right + 1, "not one more: u is a place, and a way is one place less the other."),
+                Wrong(right + 1, "not one more: u is a place, and a way is one place less the other.", exact=True),
                 Wrong(-right, "your disparity is below zero: the ball would be behind the cameras. Take left minus right."),
                 Wrong(left_u + right_u, "you added the two columns. Disparity is how far they are apart."),
                 Wrong(left_u, "that is the column in the left picture alone."),
@@ -210,6 +214,7 @@ def _one_pixel(tries):
                     lambda z, f, b: z - b * f / (b * f / z - 1),
                     "below zero: with a pixel less the ball seems farther away. Take the smaller depth from the larger one.",
                 ),
+                Wrong(lambda z, f, b: b * f / (b * f / z - 0.5) - z, "that is for half a pixel: take a whole one from the disparity."),
                 Wrong(lambda z, f, b: b * f / (b * f / z + 1) - z, "that is one pixel more, and so the ball is nearer: below zero. Take a pixel from the disparity."),
                 Wrong(lambda z, f, b: b * f / (z - 1), "depth_mm takes a disparity, and z_mm is a depth. First d = B·f/Z, then depth_mm of d − 1, less z_mm."),
                 Wrong(lambda z, f, b: b * f / (z - 1) - z, "the pixel is taken from the disparity, not from the depth: first d = B·f/Z, then d − 1."),

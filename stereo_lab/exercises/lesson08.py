@@ -308,8 +308,8 @@ def _help():
                 ("(my |your )?best pair|one pair", "your best pair of pictures"), ("^((what )?the doctor( says|'s words)?|(the )?report|check(\\.html)?)$", "the doctor's words alone"),
                 ("^(the )?(whole )?(folder|recording)( alone)?$", "the recording alone"),
                 (
-                    "^(the )?(whole )?(folder|recording),?( and)? (the )?(what the )?(doctor|report|findings|check(\\.html)?)( says|'s words)?$"
-                    "|^(the )?(doctor|report|findings|check(\\.html)?)( says|'s words)?,?( and)? (the )?(whole )?(folder|recording)$",
+                    "^(the )?(whole )?(folder|recording),?( and| plus| with|\\+)? ?(the )?(what the )?(doctor('s)? )?(doctor|report|words|output|findings|check(\\.html)?)( says|'s words)?$"
+                    "|^(the )?(doctor('s)? )?(doctor|report|words|output|findings|check(\\.html)?)( says|'s words)?,?( and| plus| with|\\+)? ?(the )?(whole )?(folder|recording)$",
                     "the recording and what the doctor says",
                 ),
             ),

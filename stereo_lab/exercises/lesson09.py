@@ -252,6 +252,7 @@ def _judged_on():
             same=(
                 (r".*the same room", "the room stays"),
                 (DAY_ALONE, "tomorrow"),  # whatever the day: no answer that is meant
+                (r"(on |in )?(frames |pictures )?(of |in |from )?(an? )?(unseen|unknown) (room|place)|(on |in )?(frames |pictures )?(of |in |from )?an? (room|place) ((that )?(it|the detector) (has|had) )?(never|not) (yet )?(been )?seen( before)?|(on )?(frames|pictures) ((that )?it (has|had) )?(never|not) (yet )?seen,? (in|from|of) (another|a different|a new|an unseen) (room|place)", "another day in another room"),
                 ("(a |an)?(other|different|new) (room|place)( (and|on) (a |an)?(other|different|new) day)?", "another day in another room"),
                 ("(the )?twenty|(the )?training frames", "the same twenty"), ("(the )?(frames )?just after( them)?", "the frames just after them"),
                 ("(the )?last (ten )?seconds", "the last ten seconds of the film"),
@@ -341,7 +342,7 @@ def _fooled():
             "a ball is lighter on one side, and in even light it is not. *dark* goes with it.",
             same=(
                 ("(the )?shad(e|ow|ing|ed side)|schade", "shade"), ("(the )?(light|lighter|bright|brighter|dark|darker)( and dark)? side", "shade"),
-                ("dark", "shade"), ("(the )?outline|(the )?shape", "lobes"), ("(the )?edge", "rim"),
+                ("dark|(the )?shade,? ?(and |\\(and )?dark\\)?|dark,? ?(and )?(the )?shade", "shade"), ("(the )?outline|(the )?shape", "lobes"), ("(the )?edge", "rim"),
             ),
             beside=(
                 ("(the )?(light|lighting|lamp|brightness|sun)", "that is what changes. Which piece of evidence looks at light and dark on the ball?"),

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dis
+import re
+import warnings
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import combinations
@@ -13,7 +15,7 @@ import numpy as np
 from stereo_lab.exercises.hanging import as_if, how_it_moves, what_it_hangs_on
 from stereo_lab.exercises.near_misses import FACTORS
 from stereo_lab.exercises.slips import do_alike, rounded_number, slip_in, strange_number
-from stereo_lab.exercises.trying import EXACT, NEAR, is_as, near, numbers_of
+from stereo_lab.exercises.trying import EXACT, NEAR, called, is_as, near, numbers_of
 from stereo_lab.exercises.wording import say
 
 if TYPE_CHECKING:
@@ -52,7 +54,7 @@ def of_a_function(function: Callable, kind: Function, outputs: Sequence[Any]) ->
         return f"it gives {_count(count)}, and {_asked(asked)} asked for.{sum_or_mean}{comma}"
     given, wanted = [g.ravel() for g in given], [w.ravel().astype(float) for w in wanted]
     if any(np.isnan(g).any() for g in given):
-        return slip() or BELOW_ZERO
+        return slip() or _no_number(function, inputs, endless)
     if any((np.abs(g) > ENDLESS * (1 + np.abs(w).max())).any() for g, w in zip(given, wanted, strict=True)):
         return f"your result has no bounds: {endless or 'something below a line is zero, or nearly.'}"
     if all(near(g, w, EXACT) for g, w in zip(given, wanted, strict=True)):
@@ -70,6 +72,17 @@ def of_a_function(function: Callable, kind: Function, outputs: Sequence[Any]) ->
     if few:
         told = told or _of_one(how_it_moves, function, right, inputs, given, wanted, names, parts, room)
     return told or _constant(given, wanted)
+
+
+def _no_number(function, inputs, endless):
+    """Where nan comes from, as numpy warns of it."""
+    with warnings.catch_warnings(record=True) as heard, np.errstate(all="warn"):
+        warnings.simplefilter("always")
+        for arguments in inputs:
+            called(function, arguments)
+    if any(re.fullmatch("invalid value .* divide", str(warning.message)) for warning in heard):
+        return f"zero is divided by zero: {endless or 'look at what stands below the line.'}"
+    return BELOW_ZERO
 
 
 def of_bytes(function: Callable, kind: Function) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 from stereo_lab.exercises.trying import near
 
 FACTORS = {
+    1e6: "a million times too large: look at the units.",
     1000.0: "a thousand times too large: look at the units.",
     100.0: "a hundred times too large.",
     10.0: "ten times too large.",
@@ -15,6 +16,7 @@ FACTORS = {
     0.1: "ten times too small.",
     0.01: "a hundred times too small.",
     0.001: "a thousand times too small: look at the units.",
+    1e-6: "a million times too small: look at the units.",
     3**0.5: "√3 times too large: a sum stands where the mean belongs, or a root too few.",
     3**-0.5: "√3 times too small: a mean stands where the sum belongs, before the root.",
     2**0.5: "√2 times too large: a sum stands where the mean belongs, or a root too few.",

@@ -9,7 +9,7 @@ import numpy as np
 
 # What Python and numpy say of common slips, and the same for people
 SAID = (
-    ("truth value of an array", "one True or False is wanted here, and there is a whole array: write | and & and ~ for or, and, not, and part a <= b <= c in two."),
+    ("truth value of an array", "one True or False is wanted here, and there is a whole array: write | and & and ~ for or, and, not, with each comparison in brackets of its own, (a <= b) | (c <= d); and part a <= b <= c in two."),
     ("Python scalars", "math takes one number, and here is a whole array: take the function of that name from np."),
     ("name 'math' is not defined", "nobody told Python of math yet: write import math above your function."),
     ("name 'np' is not defined", "nobody told Python of np yet: write import numpy as np above your function."),
