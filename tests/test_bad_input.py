@@ -510,6 +510,15 @@ def test_a_rig_file_that_is_none(tmp_path, monkeypatch, text, says):
         importlib.import_module("rig").load_rig(path)
 
 
+def test_a_rig_says_only_what_differs_from_another(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "data" / "render")
+    rig = importlib.import_module("rig")
+    clutter, even = rig.load_rig("clutter"), rig.load_rig(ROOT / "data" / "train" / "clutter_even.json")
+    assert even.recording == {**clutter.recording, "title": even.recording["title"]} and even.sets == clutter.sets
+    assert even.room["props"] == clutter.room["props"] and set(even.room["lights"]) != set(clutter.room["lights"])
+    assert (clutter.ball_gloss, even.ball_gloss) == (0.65, 0) and even.seed != clutter.seed
+
+
 def test_a_decimal_comma_is_no_new_column(tmp_path):
     table = tmp_path / "t.csv"
     table.write_text("name,x_mm,y_mm\n000,1,2,\n001,115,5,1000\n")

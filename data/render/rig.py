@@ -105,11 +105,19 @@ def load_rig(name, seed=None):
     path = Path(name) if str(name).endswith(".json") else RIGS / f"{name}.json"
     spec = read_json(path)
     try:
-        return _rig(path.stem, spec, seed)
+        return _rig(path.stem, _completed(spec), seed)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise StereoLabError(
             f"{path} cannot be used as a rig: {error!r}. Compare it with {RIGS / 'bench.json'}."
         ) from None
+
+
+def _completed(spec):
+    """What a rig's file leaves out is as in the one that it is ``based_on``; of its recording and its room, each part."""
+    if "based_on" not in spec:
+        return spec
+    base = _completed(read_json(RIGS / f"{spec['based_on']}.json"))
+    return base | spec | {key: base[key] | spec.get(key, {}) for key in ("recording", "room")}
 
 
 def _rig(name, spec, seed):
@@ -122,9 +130,7 @@ def _rig(name, spec, seed):
         room=spec["room"],
         sets=spec["sets"],
         samples=spec["samples"],
-        ball_gloss=spec.get("ball_gloss", 0.65),
-        bend_mm=spec.get("bend_mm", 0.3),
-        ruler_mm=spec.get("ruler_mm", 0.5),
+        **{key: spec[key] for key in ("ball_gloss", "bend_mm", "ruler_mm") if key in spec},
     )
 
 
