@@ -17,7 +17,8 @@ from stereo_lab.detection.outline import RAYS, Look
 ON_PX, ON = 0.5, 0.04  # px, or of the radius: so near to the cone an edge lies on it
 LIMIT_PX, LIMIT = 0.25, 0.02  # px, or of the radius: beyond it an edge counts nothing (Tukey)
 SCATTERED = 4.0  # but nearer than so many times the median, for a smeared rim scatters: 2.7 standard deviations
-MOST_ROUNDS, STILL_PX = 12, 0.01  # until the cone stands still
+# Until the cone moves by no more than so many px, or than this part of how far half of its edges lie off
+MOST_ROUNDS, STILL_PX, STILL = 12, 0.01, 0.1
 LEAST_CLEAR = 0.3  # of the rays must show an edge
 ONE_CURVE = 0.75  # of these must lie near the first cone; else the best cone through three rays is the start
 NEAR_PX, NEAR = 0.6, 0.11  # px, or of how far the look reaches: a wide look is taken at what scatters
@@ -85,7 +86,7 @@ def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
     gap, least = np.zeros(RAYS), max(LIMIT_PX, LIMIT * look.r)
     for rounds in range(MOST_ROUNDS):
         before = gap
-        sums = (products @ used).reshape(3, 4)
+        sums = products.dot(used).reshape(3, 4)
         axis = cv2.solve(sums[:, :3], sums[:, 3:], flags=cv2.DECOMP_CHOLESKY)[1][:, 0]
         x, y, z = axis.tolist()
         tan2 = x * x + y * y + z * z - 1
@@ -99,7 +100,7 @@ def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
             away = np.abs(rays @ axis - 1) * (look.r / (axis @ axis - 1))
             order = np.sort(away[clear])
         middle = float(order[count // 2])
-        if rounds and cv2.norm(gap, before, cv2.NORM_INF) < STILL_PX:
+        if rounds and cv2.norm(gap, before, cv2.NORM_INF) < max(STILL_PX, STILL * middle):
             break
         used = weights * tukey(away, max(least, SCATTERED * middle))
     u, v = look.pixel(axis)

@@ -50,10 +50,10 @@ EDGE_PX = 2.0
 PART = np.array([[0.5 * math.erfc(2.5 * off / 2**0.5)] for off in SPAN], np.float32)
 COVERED = PART * INNER + (1 - PART) * OUTER
 COUNT = np.arange(SAMPLES, dtype=np.float32).clip(1)
-ONES = np.ones((SAMPLES, SAMPLES), np.float32)
+UP_TO = np.triu(np.ones((SAMPLES, SAMPLES), np.float32))  # places before each one, and itself
 # From likeness, 0…255, to its mean over all places before and after each one, 0…1; not for the first and the last
-BEFORE = (np.triu(ONES, 1) / COUNT / 255)[:, 1:-1]
-AFTER = (np.tril(ONES, -1) / COUNT[::-1] / 255)[:, 1:-1]
+BEFORE = (np.triu(UP_TO, 1) / COUNT / 255)[:, 1:-1]
+AFTER = (np.triu(UP_TO, 1).T / COUNT[::-1] / 255)[:, 1:-1]
 
 
 class Look:
@@ -138,7 +138,7 @@ class Look:
     @cached_property
     def color_edge(self) -> tuple[np.ndarray, np.ndarray]:
         """The same, where the ball's colour itself ends: the best split of each ray."""
-        split = (self.like - 100).cumsum(1).argmax(1)
+        split = ((self.like - 100) @ UP_TO).argmax(1)
         off = self.off[split] + (self.off[1] - self.off[0]) / 2
         return off, (self.seen & (self.like @ ENDS > COLOR_ENDS)).astype(np.float32)
 
