@@ -59,7 +59,8 @@ def lay_out(lessons: Path, folder: Path) -> tuple[list[str], list[str]]:
     StereoLabError
         If a lesson cannot be read, or a copy cannot be written.
     """
-    copies, made, older = copies_of(folder), [], []
+    known, made, older = copies_of(folder), [], []
+    copies = dict(known)
     for source in _sources(lessons):
         target, fresh = folder / source.name, _clean_copy(source, seat_of(folder))
         had = digest_of(read_bytes(target)) if target.exists() else None
@@ -71,7 +72,10 @@ def lay_out(lessons: Path, folder: Path) -> tuple[list[str], list[str]]:
             write_whole(target, fresh)
             made.append(source.name)
         copies[source.name] = digest_of(fresh)
-    mark(folder, copies)
+    if (
+        copies != known or not (folder / MARK).is_file()
+    ):  # on a full disk what is laid out already is opened all the same
+        mark(folder, copies)
     return made, older
 
 

@@ -6,6 +6,7 @@ import random
 import re
 
 from conftest import ROOT
+from stereo_lab.classroom.examiner import TAKEN
 from stereo_lab.exercises import questions
 from stereo_lab.recording import open_recording
 
@@ -354,6 +355,29 @@ def _uses_what_was_carried():
     answers = {k: code for k, code in right().items() if k not in (2, 3)}
     answers[6] = f"for _ in range(25_000):\n    line_slope(v, y)\n{answers[6]}"
     return answered(answers), all_passed(q2=(BLANK, ""), q3=(BLANK, ""))
+
+
+def _carries_before_it_checks():
+    """Right answers, carried first; and a function that a cell below it puts right."""
+    answers = {k: code for k, code in right().items() if k not in (1, 3)}
+    notebook = answered({**answers, 1: "slope_is = q1.carry('below')"})
+    add(notebook, "def own(pixels, lengths):\n    return fit(pixels, lengths, 1)[0]", 3)
+    add(notebook, "q3.check(own)", 3)
+    return add(notebook, "from numpy import polyfit as fit\nq3.check(own)", 3), all_passed()
+
+
+def _remembers_by_dying():
+    """A cell that stops is tried again: then one ends, by what `carry` gave, and the next run sees which one is left out."""
+    notebook = answered({k: code for k, code in right().items() if k != 5})
+    add(notebook, "seen = set()", 5)
+    for k in range(5):
+        add(notebook, f"seen.add({k})\nif got == {k}:\n    import os\n    os._exit(0)\nraise ValueError", 5)
+    add(
+        notebook,
+        "gone = set(range(5)) - seen\nif gone:\n    got = None\n    q5.check(gone.pop())\nelse:\n    got = int(q5.carry(____))",
+        5,
+    )
+    return notebook, all_passed(q5=(NOT_YET, TAKEN))
 
 
 HOSTILE = {

@@ -1,6 +1,7 @@
 """What the grading stands on: the pipe, the drawn inputs, the papers, the table."""
 
 import ast
+import csv
 import dataclasses
 import json
 import os
@@ -262,6 +263,25 @@ def test_marks_find_the_names_that_a_spreadsheet_changed(tmp_path):
     assert len(nobody) == 1 and "'eve'" in nobody[0]
 
 
+def test_in_a_learners_own_folder_the_folder_tells_whose_it_is(tmp_path):
+    forged = kit()
+    forged["metadata"]["stereo_lab_hand_in"] = {"learners": ["bob"], "handed_in": "2026-10-01 12:00:00", "seat": 3}
+    put(tmp_path, "bob/03_world_coordinates.ipynb", kit())
+    os.utime(put(tmp_path, "eve/03_world_coordinates.ipynb", forged), (2_000_000_000, 2_000_000_000))
+    assert [paper.learners for paper in papers_in(tmp_path)] == [("bob",), ("bob",)]
+    bob, eve = papers_in(tmp_path, by_folder=True)
+    assert (bob.learners, eve.learners, eve.seat) == (("bob",), ("eve",), 3) and eve.handed_in.startswith("2033")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="making a link asks for rights there")
+def test_a_link_is_nobodys_work(tmp_path):
+    put(tmp_path, "bob/03_world_coordinates.ipynb", kit())
+    (tmp_path / "eve").mkdir()
+    (tmp_path / "eve" / "03_world_coordinates.ipynb").symlink_to("../bob/03_world_coordinates.ipynb")
+    bob, eve = papers_in(tmp_path)
+    assert bob.cells and not eve.cells and "a link" in eve.trouble
+
+
 def test_whose_it_is_and_which_lesson(tmp_path):
     for name, lesson, learner in (
         ("03_world_coordinates_ada.ipynb", "03", "ada"),
@@ -343,6 +363,9 @@ def test_a_teachers_mark_comes_back_from_a_spreadsheet(tmp_path):
     assert read_teacher(table) == {(name, "03"): {} for name in ("ada", "=cmd()", "cy")}
     lines = table.read_text(encoding="utf-8-sig").splitlines()
     assert lines[2].startswith("'=cmd()")  # no formula
+    with open(table, "a", encoding="utf-8") as file:
+        file.write("\r\n")  # an empty line at the end is nobody's row
+    assert set(read_teacher(table)) == {(name, "03") for name in ("ada", "=cmd()", "cy")}
     for parted in (",", ";", "\t"):
         cells = [line.split(",") for line in lines]
         for row in (1, 2):
@@ -364,6 +387,14 @@ def test_a_teachers_mark_comes_back_from_a_spreadsheet(tmp_path):
     (tmp_path / "kept.json").write_text('{"rows": [1]}')
     with pytest.raises(StereoLabError, match="another file"):
         Store(tmp_path / "kept.json")
+
+
+def test_no_part_of_a_cell_is_a_formula(tmp_path):
+    stopped = Mark(NOT_YET, 'ValueError: x;=HYPERLINK("http://evil/");y')
+    write_table(tmp_path / "class.csv", [Row("ada", "03", "a.ipynb", "", (stopped, stopped))])
+    text = (tmp_path / "class.csv").read_text(encoding="utf-8-sig")
+    cells = [cell for row in csv.reader(text.splitlines(), delimiter=";") for cell in row]
+    assert any("HYPERLINK" in cell for cell in cells) and not any(cell[:1] in ("=", "+", "-", "@") for cell in cells)
 
 
 def test_how_many_fell_for_what():

@@ -4,6 +4,7 @@ import json
 import os
 import stat
 import zipfile
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -189,6 +190,34 @@ def test_what_another_system_would_not_take_is_told(school, tmp_path):
     _, left_out = pack(school, tmp_path / "ada.zip")
     assert left_out == ["link", "what?.txt"]
     unpack(tmp_path / "ada.zip", tmp_path / "home")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="such names are not made there")
+def test_what_is_packed_is_taken_in_again(school, tmp_path, monkeypatch):
+    for name in ("Notes.md", "notes.md"):
+        write(school / name, name)
+    with open(os.fsencode(school) + b"/caf\xe9.txt", "w", encoding="ascii") as file:
+        file.write("x")
+    os.utime(school / "Notes.md", (5_000_000_000, 5_000_000_000))  # in 2128
+    monkeypatch.chdir(school)
+    write(school / "older.zip", "older")
+    count, left_out = pack(school, Path("ada.zip"))
+    assert "notes.md" in left_out and any("caf" in name for name in left_out)
+    unpack(school / "ada.zip", tmp_path / "home")
+    assert len(everything(tmp_path / "home")) == count
+    assert not {"ada.zip", "ada.zip.part"} & set(everything(tmp_path / "home"))
+    (school / "ada.zip").unlink()
+    monkeypatch.setattr(moving, "LARGEST", 10)
+    with pytest.raises(StereoLabError, match="0 MB at most"):
+        pack(school, tmp_path / "large.zip")
+    assert not list(tmp_path.glob("large*"))
+
+
+def test_a_mark_that_is_a_bomb_is_not_read(tmp_path):
+    with zipfile.ZipFile(tmp_path / "bomb.zip", "w", zipfile.ZIP_DEFLATED) as file:
+        file.writestr(moving.MARK, b" " * (moving.LARGEST_MARK + 1) + b'{"format": 1}')
+    with pytest.raises(StereoLabError, match="format"):
+        unpack(tmp_path / "bomb.zip", tmp_path / "home")
 
 
 def test_nothing_is_written_over_by_packing(school, tmp_path):

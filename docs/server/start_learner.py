@@ -7,8 +7,11 @@ import os
 import sys
 from pathlib import Path
 
-from stereo_lab.recording.places import PACKAGE, course
-from stereo_lab.work import lay_out
+os.umask(0o077)  # what a learner writes, nobody else reads; the kit takes it over when it is imported
+
+from stereo_lab.errors import StereoLabError  # noqa: E402
+from stereo_lab.recording.places import PACKAGE, course  # noqa: E402
+from stereo_lab.work import lay_out  # noqa: E402
 
 PAGE = PACKAGE / "widgets" / "page"  # tells screen readers what pictures and sliders are
 # what a teacher may have installed beside the kit, and help for those who write programs: 36 MB in each server
@@ -27,11 +30,15 @@ sys.exit(main())"""
 
 def main():
     """Make ~/work where it is missing, close it to all others, and become the learner's server."""
-    os.umask(0o077)  # what a learner writes, nobody else reads
     home = Path.home()
-    home.chmod(0o700)
+    if home.stat().st_uid == os.getuid():  # a volume's root may be another's
+        home.chmod(0o700)
     folder = home / "work"
-    lay_out(course() / "notebooks", folder)
+    folder.mkdir(exist_ok=True)
+    try:
+        lay_out(course() / "notebooks", folder)
+    except StereoLabError as error:  # on a full disk a learner must get in, to make room
+        print(error, file=sys.stderr)
     os.chdir(folder)
     os.environ["STEREO_LAB_WORK"] = str(folder)
     os.environ["JUPYTER_RUNTIME_DIR"] = str(home / ".kernels")  # a socket's path may have 107 bytes

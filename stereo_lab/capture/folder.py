@@ -106,7 +106,7 @@ class Folder:
                 if name not in whole:
                     aside = self.path / ASIDE / f"{folder.name}_{right.name}"
                     aside.parent.mkdir(exist_ok=True)
-                    right.rename(aside)
+                    right.replace(aside)
 
     def close(self) -> None:
         """Let the folder go; more than once does no harm."""

@@ -55,30 +55,36 @@ class Examiner:
         -------
         Heard
         """
+        heard = self._until_its_end(cells, frozenset(), seed)
+        late = frozenset(k for k, a in heard.answers.items() if a.after_carry and a.verdict.status == PASS)
+        if late:
+            # From the beginning: which cells were left out may tell what was carried
+            again = self._until_its_end(cells, late, seed).answers
+            for k in late:
+                own = k in again and again[k].verdict.status == PASS
+                heard.answers[k] = again[k] if own else Answer(Verdict(NOT_YET, TAKEN), heard.answers[k].given)
+        return heard
+
+    def _until_its_end(self, cells, withheld, seed):
+        """What a notebook told, without the cells that ended it."""
         left_out: dict[int, str] = {}
         answers: dict[int, Answer] = {}
-        heard = Heard()
+        carried: set[int] = set()  # what was handed out in one run may be known in the next
         for _ in range(DEATHS + 1):
-            heard = self._run(cells, left_out, frozenset(), seed)
+            heard = self._run(cells, left_out, withheld, carried, seed)
             answers.update(heard.answers)
             if heard.ended_in is None or self.halt.is_set():
                 break
             left_out[heard.ended_in] = heard.ended
-        late = frozenset(k for k, a in answers.items() if a.after_carry and a.verdict.status == PASS)
-        if late:
-            again = self._run(cells, left_out, late, seed).answers
-            for k in late:
-                own = k in again and again[k].verdict.status == PASS
-                answers[k] = again[k] if own else Answer(Verdict(NOT_YET, TAKEN), answers[k].given)
         heard.answers = answers
         heard.stopped.update(left_out)
         return heard
 
-    def _run(self, cells, left_out, withheld, seed):
+    def _run(self, cells, left_out, withheld, carried, seed):
         order = [k for k in range(len(cells)) if k not in left_out]
         process = self.room.open_desk(self.recording)
         line = Line(process, self.limits, self.halt)
-        run = Run(line, self.lesson, self.questions_of, len(cells), withheld, seed)
+        run = Run(line, self.lesson, self.questions_of, len(cells), withheld, carried, seed)
         try:
             line.send(
                 cells=list(cells),

@@ -72,6 +72,7 @@ def grade(
     due: str = "",
     cores: int | None = None,
     progress: Callable[[str, int, int], None] = lambda *_: None,
+    by_folder: bool = False,
 ) -> Graded:
     """Run and mark all notebooks of a folder, the latest of each learner and lesson.
 
@@ -85,13 +86,14 @@ def grade(
     due : str, such as "2026-10-05 12:00"; later is late
     cores : int, optional, notebooks at a time; without it, one for each core
     progress : callable, gets (what, done, all)
+    by_folder : bool, whether the notebook's folder tells whose it is, and not what stands in the notebook
 
     Raises
     ------
     StereoLabError
         If there is nothing to grade, the kit's own solutions do not pass on the recording, or the disk is full.
     """
-    found = latest(papers_in(folder))
+    found = latest(papers_in(folder, by_folder))
     store = Store(kept)
     store.save()  # a folder that cannot be written to is told before minutes of work
     papers = list({(p.file, p.lesson): p for p, *_ in found.values()}.values())

@@ -60,7 +60,10 @@ class Heard:
 
 
 class Run:
-    """One run: what is said in it, and what is said to that."""
+    """One run: what is said in it, and what is said to that.
+
+    ``withheld``: numbers of questions whose answer the kit keeps back; ``carried``: of those that it has handed out, in this run or one before.
+    """
 
     def __init__(
         self,
@@ -69,12 +72,12 @@ class Run:
         questions_of: Callable[[str], tuple[Question, ...]],
         cells: int,
         withheld: Collection[int],
+        carried: set[int],
         seed: int,
     ) -> None:
         self.line, self.lesson, self.questions_of = line, lesson, questions_of
-        self.cells, self.withheld, self.seed = cells, withheld, seed
+        self.cells, self.withheld, self.carried, self.seed = cells, withheld, carried, seed
         self.heard = Heard()
-        self._carried: set[int] = set()
         self._given: dict[int, list[str]] = {}
         self._verdicts: dict[tuple[str, str], Verdict] = {}
 
@@ -102,6 +105,7 @@ class Run:
             self.line.end("it writes into the grader's line")
 
     def _on_begins(self, message):
+        self._verdicts.clear()  # a function may be another one after a cell: what it calls, and the numbers that it uses
         self.line.begin(self._place(message))
 
     def _on_ends(self, message):
@@ -135,20 +139,21 @@ class Run:
                 function = isinstance(message["answer"], dict) and "function" in message["answer"]
                 if verdict.status != NOT_ATTEMPTED and (function or shown not in given):
                     given.append(shown)
-                late = question.number in self._carried
+                late = question.number in self.carried
                 self.heard.answers[question.number] = Answer(verdict, max(len(given), 1), late)
         self.line.send(go=True)
 
     def _on_carry(self, message):
         question = self._question(message)
         own = question.lesson == self.lesson
+        if own and question.number in self.withheld:  # also what is right: else it would tell which of many is
+            self.carried.add(question.number)
+            return self.line.send(value={"blank": True})
+        if not self._is_blank(message["answer"]) and self._judged(question, message["answer"]).status == PASS:
+            return self._give_back(question, message["answer"])
         if own:
-            self._carried.add(question.number)
-        if own and question.number in self.withheld:
-            self.line.send(value={"blank": True})
-        elif not self._is_blank(message["answer"]) and self._judged(question, message["answer"]).status == PASS:
-            self._give_back(question, message["answer"])
-        elif callable(question.reference):
+            self.carried.add(question.number)
+        if callable(question.reference):
             self.line.send(**({"code": question.code} if own else {"function": True}))
         else:
             self.line.send(value=pack(question.reference))
@@ -167,7 +172,7 @@ class Run:
         """Call the kit's own function for a cell below; withheld, it gives a blank."""
         question = self._question(message)
         if question.lesson == self.lesson:
-            self._carried.add(question.number)
+            self.carried.add(question.number)
             if question.number in self.withheld:
                 return self.line.send(value={"blank": True})
         try:
@@ -194,7 +199,7 @@ class Run:
         return isinstance(told, dict) and "blank" in told and told["blank"] is True and "function" not in told
 
     def _judged(self, question: Question, told: Any) -> Verdict:
-        """The verdict on what came through the pipe; what is checked and then carried is judged once."""
+        """The verdict on what came through the pipe; what is checked and then carried in one cell is judged once."""
         key = question.name, _digest(told)
         if key not in self._verdicts:
             self._verdicts[key] = self._judged_anew(question, told)

@@ -77,8 +77,10 @@ class Paper:
         return [cell.source for cell in self.cells if cell.code]
 
 
-def papers_in(folder: Path) -> list[Paper]:
+def papers_in(folder: Path, by_folder: bool = False) -> list[Paper]:
     """All notebooks in a folder and the folders in it, by name.
+
+    ``by_folder``: the folder of a notebook and the file's date tell whose it is and when it came, whatever stands in it.
 
     Raises
     ------
@@ -93,7 +95,7 @@ def papers_in(folder: Path) -> list[Paper]:
     if not files:
         raise StereoLabError(f"There is no notebook (.ipynb) in {folder}. Collect what was handed in there first.")
     top = _top(files, folder)
-    return [read_paper(path, folder, top) for path in files]
+    return [read_paper(path, folder, top, by_folder) for path in files]
 
 
 def not_looked_at(folder: Path) -> list[str]:
@@ -121,10 +123,12 @@ def _top(files, folder):
     return _top(files, folder / parts[0][0]) if len(below) > 1 and twice else folder
 
 
-def read_paper(path: Path, folder: Path, top: Path | None = None) -> Paper:
+def read_paper(path: Path, folder: Path, top: Path | None = None, by_folder: bool = False) -> Paper:
     """One notebook; where it cannot be read, a paper that says why. ``top``: whose folders are the learners', if not ``folder``."""
     file = legible(path.relative_to(folder).as_posix())
     lesson, learners = _by_name(path, top or folder)
+    if path.is_symlink():  # in a zip file may be links, to the work of others or to files of the teacher's
+        return Paper(file, learners, lesson, "", trouble="it is a link to another file, and none is followed")
     try:
         when = time.strftime(WHEN, time.localtime(path.stat().st_mtime))
         content = read_bytes(path, LARGEST)
@@ -137,6 +141,8 @@ def read_paper(path: Path, folder: Path, top: Path | None = None) -> Paper:
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return Paper(file, learners, lesson, when, digest=digest, trouble="it is no notebook that can be read")
     told = _told(notebook)
+    if by_folder:
+        told = {key: what for key, what in told.items() if key not in ("learners", "handed_in")}
     asked = _by_code(cells)
     if asked and asked != lesson and "lesson" not in told:
         lesson, learners = _by_name(path, top or folder, asked)

@@ -19,7 +19,8 @@ from stereo_lab.recording.places import course
 MEMORY = 1_500_000_000  # bytes that the processes of one notebook may use together; a lesson needs a third of it
 ADDRESSES = 2 * MEMORY  # of which much is reserved and never touched
 PROCESSES = 30  # of one notebook
-SCRATCH = 300_000_000  # bytes that it may write
+SCRATCH = 300_000_000  # bytes that it may write; they lie in memory, too
+WRITABLE = ("/tmp", "/desk", "/dev/shm")
 PACKAGE = Path(stereo_lab.__file__).resolve().parent
 START = "from stereo_lab.classroom.desk import main; main()"
 LEFT_OUT = (
@@ -92,8 +93,8 @@ class Room:
         if self.shut_by == NOTHING:
             return []
         words = ["bwrap", "--unshare-all", "--die-with-parent", "--new-session", "--proc", "/proc", "--dev", "/dev"]
-        for path in ("/tmp", "/desk", "/dev/shm"):
-            words += ["--size", str(SCRATCH), "--tmpfs", path]
+        for place in WRITABLE:
+            words += ["--size", str(SCRATCH // len(WRITABLE)), "--tmpfs", place]
         for path in _system():
             words += (
                 ["--symlink", os.readlink(path), str(path)]

@@ -78,17 +78,17 @@ def read_teacher(path: Path) -> Marks:
     found: Marks = {}
     for row in (dict(zip(heads, row, strict=False)) for row in rows[1:]):
         marks = {int(head.split()[0]): cell.strip() for head, cell in row.items() if re.fullmatch(r"\d+ teacher", head)}
-        learner = _plain(row["learner"])
+        learner = _plain(row.get("learner", ""))
         if learner.strip():  # a row without marks tells that there are none any more
             found[learner, row.get("lesson", "").strip().zfill(2)] = {k: cell for k, cell in marks.items() if cell}
     return found
 
 
 def _harmless(cell):
-    """A text that a spreadsheet does not take for a formula."""
-    return (
-        f"'{cell}" if isinstance(cell, str) and cell[:1] in ("=", "+", "-", "@", "\t", "\r") and len(cell) > 1 else cell
-    )
+    """A text that a spreadsheet does not take for a formula, nor a part of it where semicolons part the columns."""
+    if not isinstance(cell, str) or len(cell) < 2:
+        return cell
+    return re.sub(r"^(?=[-=+@\t\r])|(?<=[;\t])(?=[-=+@])", "'", cell)
 
 
 def _plain(cell):

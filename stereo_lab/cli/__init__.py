@@ -167,6 +167,10 @@ def _parser():
         "--html", metavar="FILE", help="the same as a page, with what was fallen for and what was written"
     )
     mark.add_argument("--due", metavar="TIME", help='later is late: a day, or "2026-10-05 12:00"')
+    mark.add_argument(
+        "--by-folder", action="store_true",
+        help="go by the folder and the date of each notebook, whatever name and time stand in it: as a class server's are collected",
+    )  # fmt: skip
     mark.add_argument("--jobs", type=int, metavar="N", help="notebooks at a time (default: one for each core)")
     mark.add_argument("--recording", metavar="REC", help="what the class worked on (default: as for demo)")
     _add_json(mark)

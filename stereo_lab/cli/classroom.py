@@ -88,6 +88,7 @@ def run_grade(options: argparse.Namespace) -> int:
             due,
             options.jobs,
             progress,
+            options.by_folder,
         )
     lessons = sorted({row.lesson for row in graded.rows if row.lesson})
     tallies = {lesson: tally(graded.rows, lesson, questions(lesson, recording)) for lesson in lessons}

@@ -227,7 +227,7 @@ class Watch(_Link):
     def _heard(self, _client, _data, message):
         _, name, what = message.topic.split("/")
         told = record_of(message.payload)
-        if told is None:
+        if told is None or not BENCH.fullmatch(name):  # anybody may write to an open broker
             return
         bench = self.benches.setdefault(name, Bench())
         if what == "status":
@@ -251,7 +251,7 @@ class Watch(_Link):
             ago = now_s - bench.heard_s
             numbers = " ".join(_number(r.get(key), 7) for key in ("x_mm", "y_mm", "depth_mm"))
             rows.append(
-                f"{name[:16]:16s} {bench.state[:8]:8s} {f'{ago:.0f} s' if ago < 1e4 else '-':>5s} {numbers} "
+                f"{name[:16]:16s} {_legible(bench.state)[:8]:8s} {f'{ago:.0f} s' if ago < 1e4 else '-':>5s} {numbers} "
                 f"{_number(r.get('rate_hz'), 5)} {_number(r.get('cpu_percent'), 4)}%  {_legible(r.get('said', ''))}"
             )
         return rows

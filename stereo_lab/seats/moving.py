@@ -22,7 +22,11 @@ LARGEST = 2_000_000_000  # bytes, unpacked: fifty recordings of one's own
 MOST = 20_000  # files
 PASSED_OVER = (".ipynb_checkpoints", "__pycache__")
 NOT_EVERYWHERE = '\\:*?"<>|'  # signs that mean something else in a name on some system
-EARLIEST = (1980, 1, 1, 0, 0, 0)  # what a zip file can tell; a clock with an empty battery is before it
+EARLIEST, LATEST = (
+    (1980, 1, 1, 0, 0, 0),
+    (2107, 12, 31, 23, 59, 58),
+)  # what a zip file can tell; a clock with an empty battery is before it
+LARGEST_MARK = 1_000_000  # bytes; it names a dozen copies
 
 
 @dataclass(frozen=True)
@@ -52,12 +56,12 @@ def pack(folder: Path, out: Path) -> tuple[int, list[str]]:
     Returns
     -------
     count : int, how many files went in
-    left_out : list of str, names that another system would not take, and links
+    left_out : list of str, names that another system would not take, the second of two that differ in capitals alone, and links
 
     Raises
     ------
     StereoLabError
-        If there is no work folder, ``out`` is there already or cannot be written.
+        If there is no work folder or too much in it, ``out`` is there already or cannot be written.
     """
     if not (folder / MARK).is_file():
         raise StereoLabError(f"There is no work in {folder}. Name whose it is with --name, or start the course first.")
@@ -65,36 +69,52 @@ def pack(folder: Path, out: Path) -> tuple[int, list[str]]:
         raise StereoLabError(f"{out} is already there, and is not written over. Name another file.")
     left_out: list[str] = []
     part = out.with_name(out.name + ".part")
+    files = list(_files(folder.absolute(), (out.absolute(), part.absolute()), left_out))
+    _check_amount(folder, len(files), sum(path.stat().st_size for path, _ in files))
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED, strict_timestamps=False) as file:
-            count = sum(_put(file, path, name) for path, name in _files(folder, (out, part), left_out))
+            for path, name in files:
+                _put(file, path, name)
         os.replace(part, out)
     except OSError as error:
         raise StereoLabError(f"Cannot write {out}: {error.strerror or error}. Name another place, or free some space.") from None  # fmt: skip
     finally:
         with contextlib.suppress(OSError):  # after the rename it is gone
             part.unlink()
-    return count, left_out
+    return len(files), left_out
 
 
 def _files(folder, own, left_out):
     """Every plain file of a folder, with its name in the pack."""
+    taken = set()
     for path in sorted(folder.rglob("*")):
         name = path.relative_to(folder).as_posix()
         if path in own or (path.is_dir() and not path.is_symlink()) or set(PASSED_OVER) & set(PurePosixPath(name).parts):  # fmt: skip
             continue
-        if path.is_symlink() or not path.is_file() or any(sign in name for sign in NOT_EVERYWHERE):
-            left_out.append(name)
+        legible = name.encode("utf-8", "replace").decode()  # "?" for what is no letter in any name
+        nowhere = path.is_symlink() or not path.is_file() or any(sign in legible for sign in NOT_EVERYWHERE)
+        if nowhere or name.casefold() in taken:
+            left_out.append(legible)
         else:
+            taken.add(name.casefold())
             yield path, name
 
 
+def _check_amount(where, count, size):
+    """Refuse more files or bytes than a pack may hold."""
+    if count > MOST:
+        raise StereoLabError(f"{where}: expected {MOST} files at most, got {count}.")
+    if size > LARGEST:
+        raise StereoLabError(
+            f"{where}: expected {LARGEST // 1_000_000} MB at most, got {size // 1_000_000} MB. Move what is large away before you pack: recordings, films."
+        )
+
+
 def _put(file, path, name):
-    about = zipfile.ZipInfo(name, max(time.localtime(path.stat().st_mtime)[:6], EARLIEST))
+    about = zipfile.ZipInfo(name, min(max(time.localtime(path.stat().st_mtime)[:6], EARLIEST), LATEST))
     about.compress_type, about.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
     file.writestr(about, read_bytes(path))
-    return 1
 
 
 def unpack(packed: Path, folder: Path) -> Unpacked:
@@ -133,8 +153,7 @@ def unpack(packed: Path, folder: Path) -> Unpacked:
 def _names(file, packed, folder):
     """The names of all files in a pack, each looked at."""
     entries = [entry for entry in file.infolist() if not entry.is_dir()]
-    if len(entries) > MOST:
-        raise StereoLabError(f"{packed}: expected {MOST} files at most, got {len(entries)}.")
+    _check_amount(packed, len(entries), sum(entry.file_size for entry in entries))
     root = Path(os.path.realpath(folder))
     for entry in entries:
         name, kind = entry.filename, (entry.external_attr >> 16) & 0o170000
@@ -157,7 +176,7 @@ def _read_mark(file, packed):
     if MARK not in file.namelist():
         raise StereoLabError(f"{packed} was not made by `stereo-lab pack`: {MARK} is not in it.")
     try:
-        marked = json.loads(file.read(MARK))
+        marked = json.loads(file.read(MARK)) if file.getinfo(MARK).file_size <= LARGEST_MARK else {}
     except ValueError:
         marked = {}
     check_format(marked if isinstance(marked, dict) else {}, f"{packed}, {MARK}")
@@ -166,8 +185,6 @@ def _read_mark(file, packed):
 
 def _room(file, folder):
     size = sum(entry.file_size for entry in file.infolist())
-    if size > LARGEST:
-        raise StereoLabError(f"Expected {LARGEST // 1_000_000} MB at most, got {size // 1_000_000} MB, unpacked.")
     place = next(p for p in (folder.absolute(), *folder.absolute().parents) if p.exists())
     free = shutil.disk_usage(place).free
     if free < size + 2**20:

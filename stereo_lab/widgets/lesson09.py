@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import html
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -171,7 +172,7 @@ class MarkPanel(ipywidgets.VBox):
         source = base64.b64encode(jpeg(self.view())).decode()
         self.picture.value = (
             f'<img src="data:image/jpeg;base64,{source}" style="max-width: 100%; cursor: crosshair" onclick="{CLICK}" '
-            f'alt="picture {self.name} with its mark">'
+            f'alt="picture {html.escape(self.name)} with its mark">'
         )
         balls = sum(m is not None for m in self.marks.values())
         done = f"{balls} with the ball, {len(self.marks) - balls} without"
