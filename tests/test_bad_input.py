@@ -558,6 +558,14 @@ def test_pictures_are_not_kept_with_a_truth_that_is_not_theirs(tmp_path, record,
     assert there.read_text() == truth and list(tmp_path.iterdir()) == [there]
 
 
+def test_a_recording_of_cameras_is_not_rendered_over(tmp_path, record):
+    there = tmp_path / "recording.json"
+    there.write_text('{"format": 1, "made_by": "camera"}')
+    with pytest.raises(StereoLabError, match="not rendered.*--out"):
+        record.record("third_rig", tmp_path, seed=7)
+    assert list(tmp_path.iterdir()) == [there]
+
+
 def test_a_recording_that_was_broken_off_is_gone_on_with(tmp_path, record, monkeypatch):
     monkeypatch.setattr(record, "_path", lambda out, *_: out)  # none of its pictures is missing
     shutil.copy(ROOT / "data" / "third_rig" / "truth.json", tmp_path)

@@ -176,6 +176,17 @@ def test_a_spoilt_calibration_in_a_recording_is_made_anew(bench, bench_calibrati
     assert store.find_calibration(open_recording(tmp_path / "mine"))[1] == store.KEPT
 
 
+def test_other_squares_are_another_calibration(bench, bench_calibration, tmp_path, monkeypatch):
+    monkeypatch.setattr(store, "calibrate_stereo", lambda *_: bench_calibration)
+    monkeypatch.setenv("STEREO_LAB_HOME", str(tmp_path / "home"))
+    shutil.copytree(bench.path / "calibration", tmp_path / "mine" / "calibration")
+    facts = json.loads((bench.path / "recording.json").read_text(encoding="utf-8"))
+    for square_mm, source in ((24.5, store.MADE), (24.5, store.KEPT), (25.0, store.MADE)):
+        facts["board"]["square_mm"] = square_mm
+        (tmp_path / "mine" / "recording.json").write_text(json.dumps(facts), encoding="utf-8")
+        assert store.find_calibration(open_recording(tmp_path / "mine"))[1] == source
+
+
 def test_a_replaced_calibration_has_maps_of_its_own(bench_calibration):
     """What was reckoned for the first one is not carried over to the changed copy."""
     picture = np.random.default_rng(0).integers(0, 255, (480, 640, 3), np.uint8)

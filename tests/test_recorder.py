@@ -521,6 +521,13 @@ def test_a_recording_that_was_begun_knows_its_board(films, folder, third_rig, ca
     assert cli.main(words) == 0
     assert cli.main([*words, "--board", "9x6"]) == 2
     assert f"was begun with a {third_rig.board}" in capsys.readouterr().err
+    board = third_rig.board
+    assert cli.main([*words, "--board", f"{board.columns}x{board.rows}"]) == 0  # of squares as they are there
+    assert cli.main([*words, "--square-mm", f"{board.square_mm + 1:g}"]) == 2
+    assert (
+        f"squares of {board.square_mm:g} mm; this is a {board}, of {board.square_mm + 1:g} mm"
+        in capsys.readouterr().err
+    )
     same, ball = ["--ball-color", third_rig.ball.color, "--ball-mm", f"{third_rig.ball.diameter_mm:g}"], third_rig.ball
     assert cli.main([*words, *same]) == 0 and open_recording(folder.path).ball == ball
     assert cli.main([*words, "--ball-color", "yellow", "--ball-mm", "60"]) == 2

@@ -208,6 +208,9 @@ def _truth(rig, frames):
 
 def _check_pictures_fit(out, truth):
     """A folder's pictures are kept, so its truth must be this one; it may lack sets of it."""
+    facts = out / "recording.json"
+    if facts.exists() and read_json(facts).get("made_by") != "render":
+        raise StereoLabError(f"{out} holds a recording that was not rendered. Name a new folder: --out FOLDER.")
     if not (out / "truth.json").exists():
         return
     there, truth = read_json(out / "truth.json"), json.loads(_json(truth))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 
@@ -125,7 +125,7 @@ def _user_path(key):
 
 
 def _key(recording):
-    digest = hashlib.sha256(f"solver {SOLVER} {recording.board} {distance_mm(recording)}".encode())
+    digest = hashlib.sha256(f"solver {SOLVER} {asdict(recording.board)} {distance_mm(recording)}".encode())
     for pair in recording.pairs("calibration"):
         for path in (pair.left_path, pair.right_path):
             digest.update(pair.name.encode())

@@ -9,14 +9,14 @@ import numpy as np
 from stereo_lab.calibration.advice import depth_map, where_to_hold
 from stereo_lab.calibration.cameras import StereoCalibration
 from stereo_lab.recording import Board
-from stereo_lab.recording.bounds import SQUARES_MM, UNIT_NAMES
+from stereo_lab.recording.bounds import SQUARES_MM, unit_of_squares
 
 GOOD = 0.005  # of the distance: sigma of depth in nine tenths of the field,
 USABLE = 0.01  # or in half of it
 MISFIT = 3.0  # boards that differ so much more than their corners explain are not of one rig;
 FEW = 8  # of fewer none can tell
 ROUGH_PX = 1.0  # corners that miss so far are blurred, or the lens is of another kind
-PLAUSIBLE_BASELINE_MM = (20.0, 1500.0)
+POSSIBLE_BASELINE_MM = (20.0, 1500.0)
 GRADES = ("good", "usable", "poor")
 
 
@@ -35,7 +35,8 @@ def verdict_on(calibration: StereoCalibration, board: Board) -> tuple[str, tuple
     """
     sigma = depth_map(calibration).sigma_mm
     if not len(sigma):
-        return "poor", (f"No place at {calibration.depth_mm:.0f} mm is seen by both cameras: turn them inwards.",)
+        nowhere = f"No place at {calibration.depth_mm:.0f} mm is seen by both cameras: turn them inwards."
+        return "poor", (nowhere, *(reason for _, reason in _unit_doubts(calibration, board)))
     most, half = np.percentile(sigma, (90, 50))
     grade = 0 if most <= GOOD * calibration.depth_mm else 1 if half <= USABLE * calibration.depth_mm else 2
     reasons = [
@@ -74,17 +75,16 @@ def _doubts(calibration: StereoCalibration, board: Board) -> Iterator[tuple[int,
 
 def _unit_doubts(calibration, board):
     """A square size in another unit than millimetres shows in the distance between the cameras."""
-    low, high = PLAUSIBLE_BASELINE_MM
+    low, high = POSSIBLE_BASELINE_MM
     square_low, square_high = SQUARES_MM
     baseline, square = calibration.baseline_mm, board.square_mm
     if low <= baseline <= high and square_low <= square <= square_high:
         return
     said = f"With squares of {square:g} mm the cameras would stand {baseline:.3g} mm apart, which cannot be."
-    for factor, unit in UNIT_NAMES.items():
-        if low <= baseline * factor <= high and 8 <= square * factor <= 120:
-            yield (
-                2,
-                f"{said} Is square_mm in {unit}? Then it is {square * factor:g} mm and they stand {baseline * factor:.0f} mm apart.",
-            )
-            return
-    yield 2, f"{said} Measure a square with a ruler, in millimetres."
+    unit = unit_of_squares(baseline, square)
+    if unit is None:
+        yield 2, f"{said} Measure a square with a ruler, in millimetres."
+    else:
+        factor, name = unit
+        then = f"Then it is {square * factor:g} mm and they stand {baseline * factor:.0f} mm apart."
+        yield 2, f"{said} Is square_mm in {name}? {then}"

@@ -80,7 +80,8 @@ def read_teacher(path: Path) -> Marks:
         marks = {int(head.split()[0]): cell.strip() for head, cell in row.items() if re.fullmatch(r"\d+ teacher", head)}
         learner = _plain(row.get("learner", ""))
         if learner.strip():  # a row without marks tells that there are none any more
-            found[learner, row.get("lesson", "").strip().zfill(2)] = {k: cell for k, cell in marks.items() if cell}
+            lesson = row.get("lesson", "").strip()  # a spreadsheet makes 3 of 03; of what is no lesson's it is empty
+            found[learner, lesson and lesson.zfill(2)] = {k: cell for k, cell in marks.items() if cell}
     return found
 
 

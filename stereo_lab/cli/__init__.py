@@ -290,7 +290,7 @@ def _parser():
         "--board", metavar="9x6",
         help="columns x rows: of a chessboard its inner corners, of a ChArUco board its squares (9x6, or that of the recording)",
     )  # fmt: skip
-    _add_board(record)
+    _add_board(record, None)
     record.add_argument("--ball-color", metavar="NAME", help="of the ball (red, or that of the recording)")
     record.add_argument("--ball-mm", metavar="MM", help="diameter of the ball (40, or that of the recording)")
     record.add_argument(

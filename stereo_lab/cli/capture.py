@@ -155,8 +155,7 @@ def run_record(options: argparse.Namespace) -> int:
     from stereo_lab.recording.bounds import color_name, length_mm
 
     begun = open_recording(options.out) if (Path(options.out) / "recording.json").is_file() else None
-    options.board = options.board or (None if begun else "9x6")
-    board = begun.board if begun and options.board is None else board_of_option(options)
+    board = _board_to_record(options, begun)
     known = begun.ball if begun else USUAL_BALL
     ball = Ball(
         known.color if options.ball_color is None else color_name(options.ball_color, "--ball-color"),
@@ -183,6 +182,24 @@ def run_record(options: argparse.Namespace) -> int:
     print(f"Next: {me()} check {typed(options.out)}")
     write_json_option(options.json, {"path": str(options.out), "taken": taken})
     return OK
+
+
+def _board_to_record(options, begun):
+    """The board that the options name; what they leave out is as in the recording that was begun, or 9x6 of 25 mm."""
+    from stereo_lab.recording.bounds import CHARUCO
+
+    if begun is None:
+        options.board, options.square_mm = options.board or "9x6", options.square_mm or "25"
+        return board_of_option(options)
+    there = begun.board
+    if not (options.board or options.square_mm or options.marker_mm or options.charuco):
+        return there
+    options.board = options.board or f"{there.columns}x{there.rows}"
+    options.square_mm = options.square_mm or there.square_mm
+    if there.kind == CHARUCO:
+        options.charuco, options.dictionary = True, there.dictionary
+        options.marker_mm = options.marker_mm or there.marker_mm
+    return board_of_option(options)
 
 
 def _two_cameras(options, size):

@@ -69,10 +69,11 @@ def run_grade(options: argparse.Namespace) -> int:
 
     table, due = Path(options.csv), _due(options.due)
     kept = table.with_suffix(".grade.json")
-    if options.html and Path(options.html).resolve() in (table.resolve(), kept.resolve()):
-        raise StereoLabError(
-            f"Expected three files: table, page and {kept.name}. Name another page than {options.html} with --html."
-        )
+    for name, out in (("--html", options.html), ("--json", options.json)):
+        if out and Path(out).resolve() in (table.resolve(), kept.resolve()):
+            raise StereoLabError(
+                f"The table and {kept.name} stand beside each other: name another file than {out} with {name}."
+            )
     if options.jobs is not None and options.jobs < 1:
         raise StereoLabError(f"Expected a number of notebooks at a time after --jobs, 1 or more; got {options.jobs}.")
     for target in filter(None, (options.csv, options.html)):
@@ -101,7 +102,7 @@ def run_grade(options: argparse.Namespace) -> int:
             print(f"  {count.name}  {count.passed} of {count.learners} passed, {count.not_attempted} not attempted")
             for why, number in count.fell_for[:3]:
                 print(f"       {number} of {count.learners}: {why}")
-    if gone := sorted({lesson for _, lesson in before} - set(lessons)):
+    if gone := sorted({lesson for _, lesson in before if lesson} - set(lessons)):
         print(
             f"{table} had rows of lesson {', '.join(gone)}, of which nothing is in {options.folder}: they are not in it any more. Name a table for each folder."
         )

@@ -7,6 +7,7 @@ import contextlib
 import shutil
 import sys
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stereo_lab.cli.terminal import OK, clear_line, write_json_option
@@ -23,6 +24,7 @@ PLAIN_S, WATCH_S = 5.0, 1.0
 def run_live(options: argparse.Namespace) -> int:
     """Locate the ball in pictures as they come, and follow it with an arm, until the end or Ctrl-C."""
     from stereo_lab.live import Follower, open_source, run, touch_in_turn
+    from stereo_lab.live.log import check_new
     from stereo_lab.localization import Localizer
     from stereo_lab.recording import open_recording
 
@@ -32,6 +34,8 @@ def run_live(options: argparse.Namespace) -> int:
         raise StereoLabError(
             "--touch ends with its third ball, and --seconds a run that follows. Choose one of the two."
         )
+    if options.log:
+        check_new(options.log)  # before the arm moves
     with contextlib.ExitStack() as stack:
         stage = open_recording(options.recording) if options.source.startswith("cameras:") else None
         source = stack.enter_context(open_source(options.source, rate_hz=options.rate, recording=stage))
@@ -153,6 +157,9 @@ def run_log(options: argparse.Namespace) -> int:
     from stereo_lab.live.log import read_log, write_csv
 
     found = read_log(options.file)
+    for out in filter(None, (options.csv, options.plot, options.json)):
+        if Path(out).resolve() == Path(options.file).resolve():
+            raise StereoLabError(f"{out} is the log itself, and is not written over. Name another file.")
     summary = found.summary()
     print(*summary_lines(found, summary), sep="\n")
     if options.csv:

@@ -18,7 +18,7 @@ from stereo_lab.doctor.known import Coverage, apart_mm, coverage_of, doubt_mm
 from stereo_lab.doctor.pairing import mend_pairs, turned_round
 from stereo_lab.doctor.pictures import Look
 from stereo_lab.errors import CalibrationError, StereoLabError
-from stereo_lab.recording.bounds import SQUARES_MM, UNIT_NAMES
+from stereo_lab.recording.bounds import PLAUSIBLE_BASELINE_MM, SQUARES_MM, unit_of_squares
 
 FEWEST = 4  # boards from which cameras can be told
 # Sigmas of a corner, as disparity: what good boards leave in doubt of depth, and what too few do
@@ -31,7 +31,6 @@ BENT_MM = 1.5
 UNEVEN = 2.5  # times the median doubt
 WRONG_PX = 1.0  # corners that are left out by less are worth no word
 APART = "not_together", "stabilised"  # all pairs are concerned, and no calibration is told
-PLAUSIBLE_BASELINE_MM = 25.0, 500.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,7 +259,7 @@ def _uneven(calibration, covers, does):
     """Name and sentence for boards that leave much in doubt though they look well spread."""
     sigma = depth_map(calibration).sigma_mm
     says = f"The boards leave depth uncertain by ±{does:.1f} mm at {calibration.depth_mm / 1000:.1f} m"
-    if np.percentile(sigma, 90) > UNEVEN * np.median(sigma):
+    if len(sigma) and np.percentile(sigma, 90) > UNEVEN * np.median(sigma):
         return "one_place", f"{says} where none were held: {', '.join(where_to_hold(calibration))} of the left picture."
     lacks = {
         "too_few_pairs": (
@@ -283,16 +282,11 @@ def _board(calibration, boards):
     findings = []
     low, high = PLAUSIBLE_BASELINE_MM
     baseline, square = calibration.baseline_mm, boards.board.square_mm
-    units = [
-        (f, u)
-        for f, u in UNIT_NAMES.items()
-        if low <= baseline * f <= high and SQUARES_MM[0] <= square * f <= SQUARES_MM[1]
-    ]
     if not low <= baseline <= high or not SQUARES_MM[0] <= square <= SQUARES_MM[1]:
         says = f"With squares of {square:g} mm the cameras stand {baseline:.3g} mm apart, which cannot be."
-        if units:
-            factor, unit = min(units, key=lambda u: abs(np.log(baseline * u[0] / 90)))
-            says += f" Is square_mm in {unit}? Then it is {square * factor:g} mm, and they stand {baseline * factor:.0f} mm apart."
+        if (unit := unit_of_squares(baseline, square)) is not None:
+            factor, name = unit
+            says += f" Is square_mm in {name}? Then it is {square * factor:g} mm, and they stand {baseline * factor:.0f} mm apart."
             findings.append(
                 Finding("square_unit", says, ADVICE["square_unit"], (), abs(1 - factor) * calibration.depth_mm)
             )

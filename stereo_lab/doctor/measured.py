@@ -18,7 +18,7 @@ from stereo_lab.doctor.since import moved_up_or_down, turned_since
 from stereo_lab.localization.matching import SIZE
 from stereo_lab.position import kabsch
 from stereo_lab.recording import Recording, Sample
-from stereo_lab.recording.bounds import UNIT_NAMES
+from stereo_lab.recording.bounds import PLAUSIBLE_BASELINE_MM, UNIT_NAMES
 
 SETS = "position", "depth"
 UNFIT = 1.5  # in lines' worth a line: half of what they cost if none of them fitted
@@ -29,7 +29,6 @@ SCALE_SURE = 3.5  # standard deviations
 RULER_SCALE = 0.001  # to which a ruler is true
 SIZE_SURE, SIZE_PART = 4.0, 0.08  # a ball's size is told to this part of it: rims are soft
 TWICE = np.log(3)  # a scale beyond three times is another unit
-PLAUSIBLE_BASELINE_MM = 25.0, 500.0
 TURNED = {"": [1, 1, 1], "both_mirrored": [-1, 1, 1], "both_upside_down": [-1, -1, 1]}  # how places are turned by that
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import os
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,6 +35,24 @@ def header(source: str, arm: str, localizer: str, calibration: dict[str, Any]) -
     return facts | {"source": source, "arm": arm, "fitted_on": localizer, "calibration": calibration}
 
 
+def check_new(path: str | Path) -> None:
+    """Refuse a log that is there already, or for which there is no folder: before anything moves.
+
+    Raises
+    ------
+    StereoLabError
+        If it is so.
+    """
+    path = Path(path)
+    check_target(path)
+    if path.exists():
+        raise StereoLabError(f"{path} exists already, and a log is not written over. Name another file.")
+    if not os.access(path.absolute().parent, os.W_OK):
+        raise StereoLabError(
+            f"{path} cannot be written: there is no such folder, or it cannot be written to. Name another file."
+        )
+
+
 class RunLog:
     """A file that takes the records of a run, each handed to the system at once: a crash loses at most one line.
 
@@ -54,13 +73,9 @@ class RunLog:
 
     def __init__(self, path: str | Path, head: dict[str, Any]) -> None:
         self.path, self.trouble = Path(path), ""
-        check_target(self.path)
+        check_new(self.path)
         try:
             self._file: TextIO | None = open(self.path, "x", encoding="utf-8", newline="\n")  # noqa: SIM115
-        except FileExistsError:
-            raise StereoLabError(
-                f"{self.path} exists already, and a log is not written over. Name another file."
-            ) from None
         except OSError as error:
             raise StereoLabError(f"{self.path} cannot be written: {error.strerror or error}.") from None
         self.write(head)

@@ -15,6 +15,7 @@ MARKER = 0.75  # side of a ChArUco board's marker, as a part of its square, wher
 # Millimetres in what people take for a millimetre, the likeliest first; squares that somebody prints
 UNIT_NAMES = {10.0: "centimetres", 1000.0: "metres", 25.4: "inches", 0.1: "tenths of a millimetre"}
 SQUARES_MM = (4.0, 250.0)
+PLAUSIBLE_BASELINE_MM = (25.0, 500.0)  # of two webcams beside each other
 PICTURES_A_SECOND = (0.001, 1_000.0)  # from one in a quarter of an hour to the fastest webcam ten times over
 MOST_GRAMS = 100_000.0  # of a part of an arm
 TURNS_DEG = (-3_600.0, 3_600.0)  # ten turns each way
@@ -22,6 +23,15 @@ CHESSBOARD, CHARUCO = KINDS = ("chessboard", "charuco")
 MARKER_PART = (0.5, 0.9)  # of a square's side
 DICTIONARIES = {f"DICT_{bits}X{bits}_{count}": count for bits in (4, 5, 6, 7) for count in (50, 100, 250, 1000)}
 COLORS = ("red", "orange", "yellow", "green", "blue")
+
+
+def unit_of_squares(baseline_mm: float, square_mm: float) -> tuple[float, str] | None:
+    """In which unit squares were told as if it were mm: (mm in it, its name), the likeliest with which all is plausible; or None."""
+    low, high = PLAUSIBLE_BASELINE_MM
+    for factor, name in UNIT_NAMES.items():
+        if low <= baseline_mm * factor <= high and SQUARES_MM[0] <= square_mm * factor <= SQUARES_MM[1]:
+            return factor, name
+    return None
 
 
 def number_in(value: Any, where: str, low: float, high: float, unit: str = "") -> float:

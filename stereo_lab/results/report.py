@@ -151,6 +151,7 @@ def calibration_lines(calibration: StereoCalibration) -> list[str]:
             f"on unseen pairs     {calibration.heldout_vertical_error_px:.3f} px, "
             f"lengths off by {calibration.heldout_length_error_percent:.2f} %"
         )
+    places = where_to_hold(calibration)
     return [
         *lines,
         f"baseline            {calibration.baseline_mm:.2f} mm, focal length {calibration.focal_px:.1f} px (rectified), "
@@ -160,7 +161,7 @@ def calibration_lines(calibration: StereoCalibration) -> list[str]:
         "",
         f"verdict: {calibration.verdict}",
         *(f"  {reason}" for reason in calibration.reasons),
-        f"  The next boards help most here in the left picture: {', '.join(where_to_hold(calibration))}.",
+        *([f"  The next boards help most here in the left picture: {', '.join(places)}."] if places else []),
     ]
 
 
