@@ -15,7 +15,7 @@ def questions(recording: Recording) -> tuple[Question, ...]:
     """Six questions; see :mod:`stereo_lab.exercises`."""
     arm = recording.arm
     l1, l2 = float(arm.l1_mm), float(arm.l2_mm)
-    poses = ((l1, l2, 0.0, 90.0), (l1, l2, 30.0, 45.0), (12.0, 9.0, -40.0, 100.0))
+    poses = ((l1, l2, 0.0, 90.0), (l1, l2, 30.0, 45.0), (12.0, 9.0, -40.0, 100.0), (10.0, 6.0, -130.0, -40.0))
     points = (
         (l1, l2, 0.6 * (l1 + l2), 0.2 * (l1 + l2)),
         (12.0, 9.0, 5.0, 15.0),
@@ -378,6 +378,7 @@ def _one_degree(l1, l2):
                 Wrong(reach * math.pi, "that is half a turn, 180 degrees. One degree is asked for."),
                 Wrong(math.hypot(l1, l2) * DEGREE, "that is with the elbow at a right angle. Stretched out, the arm is l1 + l2 long."),
                 Wrong(l1 + l2 * DEGREE, "brackets are missing: (l1 + l2) first, then times the angle."),
+                Wrong(reach * math.cos(DEGREE), "cos looks along the arm. The hand goes across it, along a circle."),
                 Wrong(l1 + l2 - DEGREE, "a length and an angle are not subtracted. An arc is its radius times its angle in radians."),
                 Wrong(l1 + l2 + DEGREE, "a length and an angle are not added. An arc is its radius times its angle in radians."),
                 Wrong(DEGREE / reach, "times the length, not divided by it."),

@@ -15,9 +15,9 @@ SIGMAS = 4.0  # farther off than so many standard deviations is another ball
 ARM = "((it|the arm) )?((should|must|has to|shall|will) )?(first )?"
 GOES_ON = "(go(es)? on|keeps?|continues?|carr(y|ies) on|follows?|predicts?|guess(es)?|moves?|proceeds?)( going| moving| following)?"
 STOPS = "(stop|brake|halt|freeze|wait|stand|stay|hold|pause)s?"
-MOMENT = "(a (short |little )?(moment|while|time|bit)|0[.,]\\d+ ?s( |$)|(some|a few) tenths)"
-TOO_LONG = "((hours?|minutes?|seconds|days?)\\b|a long time)"
-SHORT = "(\\b(short(er)?|small|tiny|little|lollipop|usb|match(stick)?|toothpick|pen|pencil|chopstick)\\b|\\b[1-4]?\\d ?(cm|centimet(re|er)s?)\\b|\\bmm\\b)"
+MOMENT = "(a (short |little )?(moment|while|time|bit)|0[.,]\\d+ ?s(econds?)?( |,|$)|(some|a few) tenths)"
+TOO_LONG = "((hours?|minutes?|days?|(?<!\\d )(?<!\\d)seconds)\\b|(?<![.,\\d])([2-9]|\\d{2,}) ?s(ec(ond)?s?)?\\b|\\b\\d{4,} ?ms\\b|a long time)"
+SHORT = "(\\b(short(er)?|small|tiny|little|lollipop|usb|match(stick)?|toothpick|pen|pencil|chopstick)\\b|(?<![\\d.,])[1-4]?\\d([.,]\\d+)? ?(cm|centimet(re|er)s?)\\b|(?<![\\d.,])([1-4]?\\d)?\\d([.,]\\d+)? ?(mm|millimet(re|er)s?)\\b|(?<!\\d)0?[.,][0-4]\\d* ?(m|met(re|er)s?)\\b|(few|some) (mm|cm)\\b)"
 NO_END = "(until|till|for ?ever|always|never)"
 
 
@@ -192,6 +192,7 @@ def _hidden():
             same=(
                 ("( and)? (wait|stay)( there)? until (the ball|it) (comes|is) back( again)?", ""),
                 (f"^{ARM}{GOES_ON}(?!.*{TOO_LONG})((?!{NO_END}).)*(then|than|and|but).*{STOPS}.*$", "go on for a moment, then stop"),
+                (f"^{ARM}{GOES_ON}.* until .*(sigma|σ|uncertain|unsure|doubt|useless|worthless|no longer (sure|known|worth)|too (wide|unsure)).*$", "go on for a moment, then stop"),
                 (f"^{ARM}{GOES_ON} for {MOMENT}((?! or )[^,])*$", "go on for a moment, then stop"),
                 (f"^{ARM}{STOPS},? (after {MOMENT}|but not at once).*$", "go on for a moment, then stop"),
                 (f"^((it |the arm )?(should |must |has to )?{STOPS}.*|(do )?nothing|(do not|don't|not) move)$", "stop at once"),
@@ -278,13 +279,14 @@ def _milliseconds():
         answer=Choice(
             "the cameras",
             (
-                Wrong("finding the ball", "it was, in the paper's days. Look at the bars: a few milliseconds at most, for both pictures."),
+                Wrong("finding the ball", "a few milliseconds at most, for both pictures. Look at the bars: which is the longest?"),
                 Wrong("the angles", "two lines of trigonometry: too little to be drawn."),
                 Wrong("the order to the arm", "some 30 letters at 115,200 bits a second: 3 milliseconds."),
             ),
             "exposing, reading out, compressing, sending: no program makes that shorter, a better camera does.",
             also=("cameras", "the camera", "taking the pictures", "the pictures"),
             same=(
+                ("(the |a )?usb (web)?cam(era)?s?", "the cameras"),
                 (".*calibrat.*", "calibration"),
                 (".*(shortest|fastest|quickest).*", "the fastest"),
                 (".*(detect|find|locat|search|hough|looking for|process|analy).*|(the )?ball", "finding the ball"),

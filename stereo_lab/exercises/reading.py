@@ -84,7 +84,8 @@ NO_NUMBERS = OPEN_WORDS - {"above", "below", "half"} | {
 }  # fmt: skip
 NOT_AFTER = "is|was|are|were|do|does|did|has|have|had|could|would|should|must|need"
 CODE = re.compile(
-    r"\s*[-+]?[\d.]+\s*([*]|π|pi\b)|\s*[a-z_]\w*\s*[-+*/]\s*[\w(]|.*[a-z]\w*(\.[a-z_]|\[|\(|_\w)", re.IGNORECASE
+    r"\s*[a-z]\d\s*$|\s*[-+]?[\d.]+\s*([*]|π|pi\b)|\s*[a-z_]\w*\s*[-+*/]\s*[\w(]|.*[a-z]\w*(\.[a-z_]|\[|\(|_\w)",
+    re.IGNORECASE,
 )
 # What a unit measures, and how many of the kit's unit it is
 UNITS = {
@@ -96,6 +97,12 @@ UNITS = {
     **dict.fromkeys(("ms", "millisecond", "milliseconds"), ("ms", 1)), **dict.fromkeys(("s", "second", "seconds"), ("ms", 1000)),
     **dict.fromkeys(("°", "deg", "degree", "degrees"), ("degrees", 1)), **dict.fromkeys(("rad", "radian", "radians"), ("degrees", 180 / np.pi)),
     **dict.fromkeys(("turn", "turns", "revolution", "revolutions"), ("degrees", 360)), **dict.fromkeys(("minute", "minutes"), ("ms", 60000)),
+    # and those that nobody needs here, lest a number in one of them be taken for the right one
+    "nm": ("mm", 1e-6), **dict.fromkeys(("ft", "foot", "feet"), ("mm", 304.8)), **dict.fromkeys(("yd", "yard", "yards"), ("mm", 914.4)),
+    **dict.fromkeys(("µs", "μs", "us", "microsecond", "microseconds"), ("ms", 0.001)), **dict.fromkeys(("ns", "nanosecond", "nanoseconds"), ("ms", 1e-6)),
+    "min": ("ms", 60_000), **dict.fromkeys(("h", "hour", "hours"), ("ms", 3_600_000)), "mrad": ("degrees", 0.18 / np.pi),
+    **dict.fromkeys(("arcmin", "arcminutes"), ("degrees", 1 / 60)), **dict.fromkeys(("arcsec", "arcseconds"), ("degrees", 1 / 3600)),
+    **dict.fromkeys(("gon", "grad"), ("degrees", 0.9)), **dict.fromkeys(("rotation", "rotations", "circle", "circles"), ("degrees", 360)),
     **dict.fromkeys(("v", "volt", "volts"), ("V", 1)), "mb": ("MB", 1), "hz": ("Hz", 1), "khz": ("Hz", 1000), "kg": ("g", 1000), "g": ("g", 1),
 }  # fmt: skip
 SMALL_WORDS = frozenset(("a", "an", "the", "it", "its", "in", "on", "of", "is", "to", "ones"))
@@ -111,6 +118,12 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
     unit : str, that is asked for; another one of the same kind is converted
     labels : for each number the words that may stand beside it, where their order is not to matter
     """
+    text = re.sub(
+        r"^\s*half[\s-](an?\s)?(?=[a-z])",
+        "0.5 ",
+        re.sub(r"^\s*(pi|π)(?=\s*rad)", f"{np.pi}", text, flags=re.I),
+        flags=re.I,
+    )
     if CODE.match(text):
         return "this is Python in quotes. Take the quotes away, and Python works it out."
     plain = text.lower().replace("−", "-").rpartition("=")[2].strip(" .")
@@ -157,9 +170,11 @@ def _converted(number, text, unit):
         return f"{unit} is asked for, this is {told}." if another else [number * scale]
     if "²" in told or "square" in told:
         return f"{unit} is asked for, this is {told}."
-    measures, scale = next((UNITS[word] for word in re.findall(r"[a-zµμ]+|[°%]", told) if word in UNITS), (unit, 1))
+    known = [UNITS[word] for word in re.findall(r"[a-zµμ]+|[°%]", told) if word in UNITS]
+    measures, scale = next((u for u in known if u[0] == unit), known[0] if known else (unit, 1))
     if measures == unit:
-        return [number * scale]
+        turned = unit == "degrees" and re.search(r"(?<![a-z-])(clockwise|cw)\b", told)  # plus is counter-clockwise
+        return [-number * scale if turned else number * scale]
     return (
         f"{unit} is asked for, this is {told}."
         if unit in dict(UNITS.values())
