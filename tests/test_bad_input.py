@@ -138,7 +138,9 @@ def test_a_pipe_among_the_boards(small, capsys):
 
 def test_a_device_and_a_folder(tmp_path, capsys):
     assert "got a device" in refused(capsys, "detect", os.devnull)
-    assert "got a folder" in refused(capsys, "detect", tmp_path)
+    assert "no pictures (.jpg or .png) in the folder" in refused(capsys, "detect", tmp_path)
+    (tmp_path / "snaps" / "left").mkdir(parents=True)
+    assert "There are some in" in refused(capsys, "detect", tmp_path)
 
 
 def test_a_text_file_that_is_far_too_large(tmp_path):

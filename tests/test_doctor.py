@@ -506,6 +506,11 @@ def test_one_cameras_pictures_on_both_sides_are_called_that(bench, tmp_path):
     assert [finding.name for finding in check_recording(open_recording(mine)).findings][:1] == ["same_pictures"]
 
 
+def _misspell(mine):
+    table = mine / "evaluation" / "measured.csv"
+    table.write_text(table.read_text(encoding="utf-8").replace("plane", "planne"), encoding="utf-8")
+
+
 def test_a_broken_picture_is_no_broken_table(bench, tmp_path):
     mine = tmp_path / "mine"
     shutil.copytree(
@@ -514,3 +519,23 @@ def test_a_broken_picture_is_no_broken_table(bench, tmp_path):
     (mine / "depth" / "left" / "003.jpg").write_bytes(b"broken")
     found = {finding.name: finding.says for finding in check_recording(open_recording(mine)).findings}
     assert "003.jpg" in found["picture_broken"] and "table_broken" not in found
+
+
+@pytest.mark.parametrize(
+    ("spoil", "name", "says"),
+    [
+        (lambda mine: (mine / "evaluation" / "left" / "003.jpg").write_bytes(b"broken"), "picture_broken", "evaluation/left/003.jpg"),
+        (lambda mine: (mine / "calibration" / "left" / "003.jpg").write_bytes(b""), "picture_broken", "calibration/left/003.jpg"),
+        (lambda mine: (mine / "evaluation" / "right" / "003.jpg").unlink(), "half_missing", "003"),
+        (lambda mine: (mine / "position" / "measured.csv").unlink(), "no_table", "no measured.csv"),
+        (lambda mine: shutil.rmtree(mine / "depth" / "right"), "half_missing", "left camera alone"),
+        (_misspell, "table_broken", "expected plane or volume"),
+    ],
+)  # fmt: skip
+def test_what_would_stop_the_chain_is_told_before(third_rig, tmp_path, spoil, name, says):
+    mine = tmp_path / "mine"
+    shutil.copytree(third_rig.path, mine, ignore=shutil.ignore_patterns("truth.json"))
+    spoil(mine)
+    found = check_recording(open_recording(mine))
+    assert says in {finding.name: finding.says for finding in found.findings}[name]
+    assert found.verdict == ("clean" if name == "no_table" else "wanting")

@@ -9,7 +9,7 @@ import tempfile
 import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
 
@@ -56,12 +56,14 @@ class Graded:
     how : str, what the notebooks were kept from
     run : int, notebooks that were run now; the others had been run before
     unknown : list of str, what is to say of marks in the table that are nobody's
+    not_run : list of (file, why), of notebooks that cannot be run
     """
 
     rows: list[Row]
     how: str
     run: int
     unknown: list[str]
+    not_run: list[tuple[str, str]] = field(default_factory=list)
 
 
 def grade(
@@ -106,7 +108,7 @@ def grade(
     store.name(found)
     unknown = store.remember(teacher())
     rows = [_row(learner, lesson, given, desk, store, due) for (learner, lesson), given in found.items()]
-    return Graded(rows, HOW[store.how], len(waiting), unknown)
+    return Graded(rows, HOW[store.how], len(waiting), unknown, [(p.file, p.trouble) for p in papers if p.trouble])
 
 
 def _run_all(desk, waiting, store, cores, progress):

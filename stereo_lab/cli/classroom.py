@@ -106,6 +106,8 @@ def run_grade(options: argparse.Namespace) -> int:
         print(
             f"{table} had rows of lesson {', '.join(gone)}, of which nothing is in {options.folder}: they are not in it any more. Name a table for each folder."
         )
+    for file, why in sorted(graded.not_run):
+        print(f"Not run: {file}: {why}.")
     if others := not_looked_at(Path(options.folder)):
         print(f"Not looked at, for a notebook ends in .ipynb: {', '.join(others)}.")
     for line in graded.unknown:

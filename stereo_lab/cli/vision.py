@@ -61,10 +61,12 @@ def run_calibrate(options: argparse.Namespace) -> int:
         print(*report.calibration_lines(result), sep="\n")
     if options.report:
         report.write_calibration(result, recording, options.report)
-    if options.save:
-        result.save(options.save)
-    if options.keep:
-        result.save(boards_of(recording).path / "calibration.json")
+    kept = boards_of(recording).path / "calibration.json" if options.keep else None
+    for file in filter(None, (options.save, kept)):
+        result.save(file)
+    if options.json != "-":
+        for file in filter(None, (options.report, options.save, kept)):
+            print(f"written: {file}")
     write_json_option(options.json, result.facts())
     return WANTING if result.verdict == "poor" else OK
 
@@ -98,8 +100,14 @@ def _files(word):
     from stereo_lab.recording.importing import matching
     from stereo_lab.recording.model import pictures_in
 
-    if Path(word).is_dir() and (there := pictures_in(Path(word))):
-        return list(there.values())
+    if Path(word).is_dir():
+        if there := pictures_in(Path(word)):
+            return list(there.values())
+        within = sorted(
+            path for path in Path(word).glob("*/left") if path.is_dir() and path.parent.name != "calibration"
+        )
+        named = f" There are some in {within[0]}." if within else ""
+        raise StereoLabError(f"There are no pictures (.jpg or .png) in the folder {word}.{named}")
     return matching(word) if not Path(word).exists() and set(word) & set("*?[") else [word]
 
 

@@ -6,6 +6,8 @@ ADVICE = {
     "picture_sizes": "Set both cameras to one size and take these pictures again.",
     "image_size": "Correct image_size in recording.json.",
     "table_broken": "Correct this line of measured.csv.",
+    "left_alone": "Put the right camera's pictures into its folder right; or take the set away.",
+    "no_table": "Write one, with the columns name,x_mm,y_mm,depth_mm; or take the folder away.",
     "no_boards": "Take 15 to 25 pairs of a board, into calibration/left and calibration/right.",
     "board_size": "Correct the board in recording.json.",
     "squares_counted": "Count the corners where four squares meet, and write those into recording.json.",

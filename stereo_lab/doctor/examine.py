@@ -14,7 +14,7 @@ from stereo_lab.doctor.advice import ADVICE
 from stereo_lab.doctor.cameras import Cameras, check_cameras
 from stereo_lab.doctor.findings import NOTE, STOPS, Checkup, Finding, in_order, severity_of
 from stereo_lab.doctor.known import doubt_mm, noise_mm
-from stereo_lab.doctor.measured import check_balls
+from stereo_lab.doctor.measured import SETS, check_balls
 from stereo_lab.doctor.pictures import Looked, look_at
 from stereo_lab.errors import StereoLabError
 from stereo_lab.recording import Recording, read_image
@@ -51,6 +51,7 @@ def check_recording(recording: Recording, progress: Progress | None = None) -> C
     findings += cameras.findings
     calibration = cameras.states[0] if cameras.states else None
     clean = None if calibration is None else _clean(calibration, findings)
+    findings += _look_at_sets(recording, findings, say)
     if calibration is not None:
         findings = [replace(f, does_mm=cameras.noise_mm) if f.name in LIGHT else f for f in findings]
         findings = _look_at_balls(recording, cameras, clean, findings, say)
@@ -123,7 +124,57 @@ def _whole_pairs(own, findings):
         says = "The boards were taken with the left camera alone."
         findings.append(Finding("half_missing", says, ADVICE["no_boards"], severity=STOPS))
         return ()
-    return pairs
+    spoilt = {pair.name: why for pair in pairs if (why := _unread(replace(pair, image_size=None))) is not None}
+    findings += _broken("calibration", spoilt)
+    return tuple(pair for pair in pairs if pair.name not in spoilt)
+
+
+def _unread(pair):
+    """Why a picture of a pair cannot be used; None where both can."""
+    try:
+        _ = pair.left, pair.right_path and pair.right
+    except StereoLabError as error:
+        return error
+    return None
+
+
+def _broken(set_name, spoilt):
+    """The pairs of a set whose pictures cannot be used, put down together."""
+    if not spoilt:
+        return []
+    files = tuple(f"{set_name}/{name}" for name in spoilt)
+    says = str(next(iter(spoilt.values()))) + (
+        f" So are {len(spoilt) - 1} more of {set_name}." if len(spoilt) > 1 else ""
+    )
+    return [Finding("picture_broken", says, ADVICE["picture_broken"], files, severity=STOPS)]
+
+
+def _look_at_sets(recording, known, say):
+    """What keeps a set of balls from being used at all, and is not known yet: a picture, the table, the other camera's half."""
+    findings: list[Finding] = []
+    any_size = any(finding.name == "image_size" for finding in known)  # told once
+    for name in (name for name in recording.sets if name != "calibration"):
+        try:
+            pairs = recording.pairs(name)
+            if recording.has_samples(name):
+                recording.samples(name)
+        except StereoLabError as error:
+            findings.append(_unreadable(error))
+            continue
+        if name in SETS and not recording.has_samples(name):
+            says = f"{name} has pictures and no measured.csv, which tells where the ball was: nothing can be fitted to them."
+            findings.append(Finding("no_table", says, ADVICE["no_table"]))  # what a recording lacks is no fault
+        if name in (*SETS, "evaluation") and pairs[0].right_path is None:
+            says = f"{name} was taken with the left camera alone: no depth comes out of it."
+            findings.append(Finding("half_missing", says, ADVICE["left_alone"], severity=STOPS))
+        spoilt: dict[str, StereoLabError] = {}
+        for done, pair in enumerate(pairs, 1):
+            if (why := _unread(replace(pair, image_size=None) if any_size else pair)) is not None:
+                spoilt[pair.name] = why
+            say(f"look at {name}", done, len(pairs))
+        findings += _broken(name, spoilt)
+    told = {finding.says for finding in known}
+    return [finding for finding in findings if finding.says not in told]
 
 
 def _sizes(looked, own, count):
@@ -201,7 +252,8 @@ def _look_at_balls(recording, cameras, clean, findings, say):
         told = check_balls(recording, cameras, clean, lambda *n: say("look at the balls", *n))
     except StereoLabError as error:
         unreadable = _unreadable(error)
-        return findings if any(finding.says == unreadable.says for finding in findings) else [*findings, unreadable]
+        told = any(f.says.startswith(unreadable.says) for f in findings)
+        return findings if told else [*findings, unreadable]
     if told.mirror:
         what = "mirror images" if told.mirror == "both_mirrored" else "upside down"
         says = f"Left and right seem swapped, and the measured places tell why: both cameras' pictures are {what}."

@@ -7,6 +7,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import cv2
@@ -150,6 +151,10 @@ class _Side:
         self.lock_asked, self.locks = False, {}
         self._capture = self._open()
         if self._capture is None:
+            if Path(str(number)).suffix and "://" not in str(number):
+                raise StereoLabError(
+                    f"{number} ({word}) does not open: there is no such file, or it is no film that can be read."
+                )
             raise StereoLabError(
                 f"Camera {number} ({word}) does not open. Is it plugged in, and does no other program use it? "
                 "Cameras are counted from 0; one that is built into the computer is one of them."

@@ -22,6 +22,8 @@ from stereo_lab.recording.opening import open_recording
 from stereo_lab.recording.pictures import PICTURES, read_image
 from stereo_lab.recording.sample import USUAL_BALL, Ball, Board
 
+LIKE_PICTURES = (*PICTURES, ".bmp", ".tif", ".tiff", ".webp", ".pgm", ".ppm")  # endings of what OpenCV may read
+
 
 def import_images(
     left_glob: str | Sequence[str],
@@ -204,7 +206,11 @@ def _match_halves(left, right):
             )
         return [(left_numbers[k], right_numbers[k]) for k in sorted(left_numbers)]
     if len(left) != len(right):
-        raise RecordingError(f"{len(left)} left and {len(right)} right pictures were found: each needs its other half.")
+        other = next((path for path in (*left, *right) if path.suffix.lower() not in LIKE_PICTURES), None)
+        among = f" Among them is {other.name}, which is no picture by its ending." if other else ""
+        raise RecordingError(
+            f"{len(left)} left and {len(right)} right pictures were found: each needs its other half.{among}"
+        )
     return list(zip(left, right, strict=True))
 
 

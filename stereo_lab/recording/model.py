@@ -13,7 +13,8 @@ from stereo_lab.recording.bounds import place_mm, plain_name
 from stereo_lab.recording.pictures import PICTURES, without_ending
 from stereo_lab.recording.sample import Ball, Board, Position, Sample, StereoPair
 
-SHARED_OUT, USES = ("position", "depth"), ("fit", "check")
+SHARED_OUT = ("position", "depth")  # sets that are fitted to; every line of their tables may be kept back
+USES = {**dict.fromkeys(SHARED_OUT, ("fit", "check")), "evaluation": ("plane", "volume")}
 
 
 @dataclass(frozen=True)
@@ -132,11 +133,12 @@ class Recording:
             ball = self.true_ball(set_name, pair.name)
             truth = None if ball is None else _exact(ball["ball"])
             use = (row.get("use") or "").strip().lower()
-            if set_name in SHARED_OUT and use not in ("", *USES):
-                raise RecordingError(f"{where}, use: expected {' or '.join(USES)}, or nothing; got {use!r}.")
+            uses = USES.get(set_name, ())
+            if uses and use not in ("", *uses):
+                raise RecordingError(f"{where}, use: expected {' or '.join(uses)}, or nothing; got {use!r}.")
             samples.append(Sample(pair, Position(x, y, depth), truth, use))
         if set_name in SHARED_OUT and not any(sample.use for sample in samples):
-            samples = [replace(sample, use=USES[k % 2]) for k, sample in enumerate(samples)]
+            samples = [replace(sample, use=USES[set_name][k % 2]) for k, sample in enumerate(samples)]
         return tuple(samples)
 
     def has_samples(self, set_name: str) -> bool:
