@@ -151,6 +151,24 @@ def test_a_text_file_that_is_far_too_large(tmp_path):
         read_json(path)
 
 
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ('{"square_mm": 29,5, "b": 1}', "a point, not a comma"),
+        ('{"square_mm": 29,5}', "a point, not a comma"),
+        ('{"a": [1, 2,]}', "Take the comma before the bracket away"),
+        ('{"a": 1,\n}', "Take the comma before the bracket away"),
+        ('{"a": 1 "b": 2}', "Look for a missing comma"),
+        ('{"a": 1,, "b": 2}', "Look for a missing comma"),
+    ],
+)
+def test_what_people_write_in_json_is_named(tmp_path, text, says):
+    path = tmp_path / "recording.json"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(StereoLabError, match=says):
+        read_json(path)
+
+
 def test_a_table_that_is_no_text(tmp_path):
     path = tmp_path / "x.csv"
     path.write_text("name\n" + "x" * 200_000 + "\n")

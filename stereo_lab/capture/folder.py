@@ -160,6 +160,10 @@ class Folder:
             If a number fits into no room, the table that is there cannot be used, or nothing can be written.
         """
         numbers = [place_mm(value, f"{set_name}, {what}") for value, what in zip(place, COLUMNS[1:4], strict=True)]
+        if numbers[2] <= 0:
+            raise StereoLabError(
+                f"{set_name}, depth_mm: expected a depth above 0, before the cameras; got {numbers[2]:g}."
+            )
         table, name = self.path / set_name / "measured.csv", self._next_name(set_name)
         row = dict(zip(COLUMNS, (name, *(f"{number:g}" for number in numbers), use), strict=True))
         lines = with_row(table, COLUMNS if use or not table.exists() else COLUMNS[:4], row)

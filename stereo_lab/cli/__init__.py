@@ -445,9 +445,12 @@ def _parser():
 
 def _seconds(word):
     """A time that ends something."""
-    if not (seconds := float(word)) > 0:  # refuses NaN as well
-        raise argparse.ArgumentTypeError(f"expected a number of seconds above 0, got {word}")
-    return seconds
+    try:
+        if (seconds := float(word)) > 0:  # refuses NaN as well
+            return seconds
+    except ValueError:
+        pass
+    raise argparse.ArgumentTypeError(f"expected a number of seconds above 0, got {word}")
 
 
 def _add_recording(parser):

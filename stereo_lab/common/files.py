@@ -182,8 +182,7 @@ def read_json(path: str | Path) -> dict[str, Any]:
         content = json.loads(read_text(path))
     except json.JSONDecodeError as error:
         raise StereoLabError(
-            f"{path}, line {error.lineno}: this is not valid JSON ({error.msg}). "
-            "Look for a missing comma, quote or bracket there."
+            f"{path}, line {error.lineno}: this is not valid JSON ({error.msg}). {_look_for(error)}"
         ) from None
     except RecursionError:
         raise StereoLabError(f"{path}: its brackets are nested too deep to be read. Write it anew.") from None
@@ -192,6 +191,16 @@ def read_json(path: str | Path) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise StereoLabError(f"{path}: expected an object in braces {{…}}, got {type(content).__name__}.")
     return content
+
+
+def _look_for(error):
+    """What to look for where JSON ends: a comma in a number or before a bracket is what people write most."""
+    before, behind = error.doc[: error.pos].rstrip(), error.doc[error.pos :].lstrip()
+    if re.search(r"\d,$", before) and re.match(r"\d", behind):
+        return "A number has a point, not a comma: 29.5."
+    if before.endswith(",") and behind[:1] in ("]", "}") or re.match(r",\s*[\]}]", behind):
+        return "Take the comma before the bracket away."
+    return "Look for a missing comma, quote or bracket there."
 
 
 def check_format(facts: dict[str, Any], where: str | Path, newest: int = 1) -> None:

@@ -43,7 +43,7 @@ ADVICE = {
     "one_place": "Hold the board in all parts of both pictures, to their corners, near and far.",
     "too_few_pairs": "Take 15 to 25 pairs.",
     "color_wrong": "Correct the ball's color in recording.json.",
-    "color_too_narrow": "Light the ball more evenly, or learn its colour: stereo-lab detect --learn.",
+    "color_too_narrow": "Light the ball more evenly, or learn it: stereo-lab train REC --out ball.json; then --color ball.json finds it.",
     "color_too_wide": "Take away what has the ball's colour, or use a ball of another one.",
     "ball_lost": "Look at these pictures, and take them again.",
     "columns_exchanged": "Put the columns of measured.csv into the order x, y, depth.",

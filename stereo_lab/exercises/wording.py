@@ -69,7 +69,7 @@ SAID = (
     ("too many values to unpack", "there are more numbers in it than names before the =."),
     ("not enough values to unpack", "there are fewer numbers in it than names before the =."),
     ("cannot unpack", "this is one number alone: one name before the =."),
-    ("local variable", "a name is used before it is given a value: an = further up."),
+    ("local variable", "a name is used before it is given a value: an = further up. If it is a function that you call, give your result another name than the function's."),
     ("only integer scalar arrays", "an index is one whole number: [0], [1]."),
     ("has no attribute 'mean'", "this is one number already, or a list: np.array has .mean() and .sum()."),
     ("has no attribute 'sum'", "this is one number already, or a list: np.array has .mean() and .sum()."),

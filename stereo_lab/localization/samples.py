@@ -17,5 +17,9 @@ def check_enough(found: Sized, missed: Sequence[str], least: int, recording: Rec
         raise StereoLabError(
             f"The {color.name} ball was found in {len(found)} of {len(found) + len(missed)} measured pairs; "
             f"{least} are needed (missed: {', '.join(missed)}). "
-            f"Check ball color and diameter_mm in {recording.path / 'recording.json'}."
+            + (
+                f"Check ball color and diameter_mm in {recording.path / 'recording.json'}."
+                if color.name == recording.ball.color
+                else f"By its recording.json the ball is {recording.ball.color}: is it the one that was asked for?"
+            )
         )
