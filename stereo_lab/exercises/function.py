@@ -176,7 +176,7 @@ class Function:
         if any(self._does_as(right, turned) for right in self.also):
             return "right but for its sign, which is turned round."
         meant = (m.message for m in self.wrong if self._does_as(m.answer, turned, NEAR))
-        return next((f"{message} And your sign is turned round." for message in meant), "")
+        return next((f"{message} Then look at the signs." for message in meant), "")
 
     def _is(self, answer, mistake):
         """Whether a function that gives the same as a mistake does so elsewhere, too: one of a few cases may be met by chance."""

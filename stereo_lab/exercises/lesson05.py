@@ -186,6 +186,7 @@ def _eq5(points):
             "the elbow depends on the distance of the point alone, not on its direction.",
             domain=(
                 "acos got a number outside −1…1, for a point that is in reach. "
+                "Are all four squared above the line? Do l1 and l2 stand there by their names? (Other arms are tried as well.) "
                 "Look at the signs, and at the brackets round 2 * l1 * l2, a product, and round everything above the line. degrees() comes last, outside acos."
             ),
         ),

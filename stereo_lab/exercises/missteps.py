@@ -91,7 +91,7 @@ def _left_out(node):
         elif not isinstance(node.op, ast.Pow):
             yield b, f"{_text(a)} is left out"
     if isinstance(node, ast.IfExp):
-        yield node.orelse, f"the case {_text(node.test)} is left out"
+        yield node.orelse, f"the case {_text(node.test)} is left out, or never reached"
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
         yield node.operand, f"the minus before {_text(node.operand)} is left out"
     if isinstance(node, ast.Call) and len(node.args) > 1:
