@@ -141,7 +141,7 @@ class Number:
             and all(type(a) is int for a in answer)
         ):
             with_point = f"{answer[0]}.{abs(answer[1])}"
-            if abs(float(with_point) - right) <= 0.1 * abs(right):
+            if abs(float(with_point) - right) <= 0.1 * abs(right) and abs(answer[0] - right) > self.tolerance:
                 return f"expected a number, these are 2: a comma parts them. Write {with_point} with a point."
         many = "this is one" if value.size == 1 else f"these are {value.size}"
         labels = f": {' and '.join(words[0] for words in self.labels)}" if self.labels else ""
