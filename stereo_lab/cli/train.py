@@ -70,8 +70,12 @@ def _proposed(options, shots):
     names = list(shots)
     marks = {names[k]: circle for k, circle in propose(list(shots.values()), options.color).items()}
     if options.json != "-":
-        print(f"No marks are given. By the name {options.color} these mark themselves; look at them:")
+        print(f"No marks are given. By the name {options.color} these mark themselves; look at each of them:")
         for name, circle in marks.items():
-            place = f"u {circle[0]:.0f}  v {circle[1]:.0f}  radius {circle[2]:.0f} px" if circle else "no ball"
+            place = (
+                f"u {circle[0]:.0f}  v {circle[1]:.0f}  radius {circle[2]:.0f} px"
+                if circle
+                else "taken as empty, for nothing marks itself. Is it?"
+            )
             print(f"  {name}: {place}")
     return marks
