@@ -134,13 +134,9 @@ def _checked(image, circle, name):
         return None
     u, v, r = (finite_number(value, f"the mark in picture {name}") for value in circle)
     height, width = check_image(image).shape[:2]
-    if r <= 0:
+    if not (0 <= u < width and 0 <= v < height and 0 < r < max(width, height)):
         raise StereoLabError(
-            f"The mark in picture {name} has a radius of {r:g} px; expected one above 0. Mark it again."
-        )
-    if not (0 <= u < width and 0 <= v < height and r < max(width, height)):
-        raise StereoLabError(
-            f"The mark in picture {name}, u {u:g}, v {v:g}, radius {r:g} px, lies outside the picture of {width} x {height} px. Mark it again."
+            f"The mark in picture {name}, u {u:g}, v {v:g}, radius {r:g} px, lies outside the picture of {width} x {height} px, or has no radius above 0. Mark it again."
         )
     return u, v, r
 
