@@ -346,7 +346,8 @@ def _cost(given):
                 Wrong(right / 1000, "that is in seconds."),
                 Wrong(right * 100, f"{cpu:g} % is {cpu / 100:.4g}."),
             ),
-            f"{right:.1f} ms: {10 * cpu:.0f} ms a second, shared by {pairs} pairs.",
+            f"{right:.1f} ms: {10 * cpu:.0f} ms a second, shared by {pairs} pairs."
+            + " (The number of the percentage only because of the ten.)" * (rate == 10),
             known={f"{cpu:g}": cpu, f"{rate:g}": rate, "100": 100},
             ask="For how many ms of each second does it work, and how many pairs share them?",
         ),
