@@ -22,10 +22,8 @@ LARGEST = 2_000_000_000  # bytes, unpacked: fifty recordings of one's own
 MOST = 20_000  # files
 PASSED_OVER = (".ipynb_checkpoints", "__pycache__")
 NOT_EVERYWHERE = '\\:*?"<>|'  # signs that mean something else in a name on some system
-EARLIEST, LATEST = (
-    (1980, 1, 1, 0, 0, 0),
-    (2107, 12, 31, 23, 59, 58),
-)  # what a zip file can tell; a clock with an empty battery is before it
+# What a zip file can tell of a time; a clock with an empty battery is before it
+EARLIEST, LATEST = (1980, 1, 1, 0, 0, 0), (2107, 12, 31, 23, 59, 58)
 LARGEST_MARK = 1_000_000  # bytes; it names a dozen copies
 
 
@@ -69,9 +67,9 @@ def pack(folder: Path, out: Path) -> tuple[int, list[str]]:
         raise StereoLabError(f"{out} is already there, and is not written over. Name another file.")
     left_out: list[str] = []
     part = out.with_name(out.name + ".part")
-    files = list(_files(folder.absolute(), (out.absolute(), part.absolute()), left_out))
-    _check_amount(folder, len(files), sum(path.stat().st_size for path, _ in files))
     try:
+        files = list(_files(folder.absolute(), (out.absolute(), part.absolute()), left_out))
+        _check_amount(folder, len(files), sum(path.stat().st_size for path, _ in files))
         out.parent.mkdir(parents=True, exist_ok=True)
         with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED, strict_timestamps=False) as file:
             for path, name in files:
