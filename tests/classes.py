@@ -357,7 +357,7 @@ def _uses_what_was_carried():
     return answered(answers), all_passed(q2=(BLANK, ""), q3=(BLANK, ""))
 
 
-def _carries_before_it_checks():
+def carries_before_it_checks():
     """Right answers, carried first; and a function that a cell below it puts right."""
     answers = {k: code for k, code in right().items() if k not in (1, 3)}
     notebook = answered({**answers, 1: "slope_is = q1.carry('below')"})
@@ -366,7 +366,7 @@ def _carries_before_it_checks():
     return add(notebook, "from numpy import polyfit as fit\nq3.check(own)", 3), all_passed()
 
 
-def _remembers_by_dying():
+def remembers_by_dying():
     """A cell that stops is tried again: then one ends, by what `carry` gave, and the next run sees which one is left out."""
     notebook = answered({k: code for k, code in right().items() if k != 5})
     add(notebook, "seen = set()", 5)

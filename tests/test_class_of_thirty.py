@@ -10,7 +10,7 @@ from stereo_lab.classroom import room
 from stereo_lab.classroom.grading import grade
 from stereo_lab.classroom.table import read_teacher, write_table
 from stereo_lab.recording import open_recording
-from tests.classes import BROKEN, HOSTILE, NONE, STEM, learner
+from tests.classes import BROKEN, HOSTILE, NONE, STEM, carries_before_it_checks, learner, remembers_by_dying
 
 
 def hand_in(folder, learners):
@@ -43,10 +43,10 @@ def test_every_row_of_a_class_of_thirty_is_right(tmp_path):
         for name in ("fills_the_disk", "looks_for_files"):
             del hostile[name]
     broken = {name: (content, NONE) for name, content in list(BROKEN.items())[:1]}
-    honest = {f"learner{k}": learner(k) for k in range(max(5, 30 - len(hostile) - len(broken)))}
-    assert len(hostile) >= 12
+    honest = {f"learner{k}": learner(k) for k in range(30 - len(hostile) - len(broken))}
+    assert len(hostile) >= 12 and len(honest) >= 5
     wanted = hand_in(tmp_path / "in", {**honest, **hostile, **broken})
-    assert len(wanted) >= 30
+    assert len(wanted) == 30
     began = time.monotonic()
     graded = grade(tmp_path / "in", open_recording(ROOT / "data" / "bench"), tmp_path / "kept.json")
     print(f"{time.monotonic() - began:.0f} s for {len(wanted)} notebooks. {graded.how}")
@@ -55,3 +55,10 @@ def test_every_row_of_a_class_of_thirty_is_right(tmp_path):
     assert max(len("".join(row.notes)) for row in graded.rows) < 5_000  # csv reads no cell of 131072 letters back
     write_table(tmp_path / "class.csv", graded.rows)
     assert set(read_teacher(tmp_path / "class.csv")) == {(row.learner, row.lesson) for row in graded.rows}
+
+
+@pytest.mark.slow
+def test_what_carry_gives_is_the_learners_only_where_it_was_theirs(tmp_path):
+    wanted = hand_in(tmp_path / "in", {"honest": carries_before_it_checks(), "sly": remembers_by_dying()})
+    graded = grade(tmp_path / "in", open_recording(ROOT / "data" / "bench"), tmp_path / "kept.json")
+    assert {row.learner for row in graded.rows} == set(wanted) and wrong_rows(graded.rows, wanted) == []

@@ -96,14 +96,15 @@ UNITS = {
     **dict.fromkeys(("px", "pixel", "pixels"), ("px", 1)), **dict.fromkeys(("%", "percent"), ("%", 1)),
     **dict.fromkeys(("ms", "millisecond", "milliseconds"), ("ms", 1)), **dict.fromkeys(("s", "second", "seconds"), ("ms", 1000)),
     **dict.fromkeys(("°", "deg", "degree", "degrees"), ("degrees", 1)), **dict.fromkeys(("rad", "radian", "radians"), ("degrees", 180 / np.pi)),
-    **dict.fromkeys(("turn", "turns", "revolution", "revolutions"), ("degrees", 360)), **dict.fromkeys(("minute", "minutes"), ("ms", 60000)),
+    **dict.fromkeys(("turn", "turns", "revolution", "revolutions", "rotation", "rotations", "circle", "circles"), ("degrees", 360)),
+    **dict.fromkeys(("min", "minute", "minutes"), ("ms", 60_000)),
+    **dict.fromkeys(("v", "volt", "volts"), ("V", 1)), "mb": ("MB", 1), "hz": ("Hz", 1), "khz": ("Hz", 1000), "kg": ("g", 1000), "g": ("g", 1),
     # and those that nobody needs here, lest a number in one of them be taken for the right one
     "nm": ("mm", 1e-6), **dict.fromkeys(("ft", "foot", "feet"), ("mm", 304.8)), **dict.fromkeys(("yd", "yard", "yards"), ("mm", 914.4)),
     **dict.fromkeys(("µs", "μs", "us", "microsecond", "microseconds"), ("ms", 0.001)), **dict.fromkeys(("ns", "nanosecond", "nanoseconds"), ("ms", 1e-6)),
-    "min": ("ms", 60_000), **dict.fromkeys(("h", "hour", "hours"), ("ms", 3_600_000)), "mrad": ("degrees", 0.18 / np.pi),
+    **dict.fromkeys(("h", "hour", "hours"), ("ms", 3_600_000)), "mrad": ("degrees", 0.18 / np.pi),
     **dict.fromkeys(("arcmin", "arcminutes"), ("degrees", 1 / 60)), **dict.fromkeys(("arcsec", "arcseconds"), ("degrees", 1 / 3600)),
-    **dict.fromkeys(("gon", "grad"), ("degrees", 0.9)), **dict.fromkeys(("rotation", "rotations", "circle", "circles"), ("degrees", 360)),
-    **dict.fromkeys(("v", "volt", "volts"), ("V", 1)), "mb": ("MB", 1), "hz": ("Hz", 1), "khz": ("Hz", 1000), "kg": ("g", 1000), "g": ("g", 1),
+    **dict.fromkeys(("gon", "grad"), ("degrees", 0.9)),
 }  # fmt: skip
 SMALL_WORDS = frozenset(("a", "an", "the", "it", "its", "in", "on", "of", "is", "to", "ones"))
 
@@ -118,12 +119,8 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
     unit : str, that is asked for; another one of the same kind is converted
     labels : for each number the words that may stand beside it, where their order is not to matter
     """
-    text = re.sub(
-        r"^\s*half[\s-](an?\s)?(?=[a-z])",
-        "0.5 ",
-        re.sub(r"^\s*(pi|π)(?=\s*rad)", f"{np.pi}", text, flags=re.I),
-        flags=re.I,
-    )
+    text = re.sub(r"^\s*(pi|π)(?=\s*rad)", f"{np.pi}", text, flags=re.I)
+    text = re.sub(r"^\s*half[\s-](an?\s)?(?=[a-z])", "0.5 ", text, flags=re.I)
     if CODE.match(text):
         return "this is Python in quotes. Take the quotes away, and Python works it out."
     plain = text.lower().replace("−", "-").rpartition("=")[2].strip(" .")
