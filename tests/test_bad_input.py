@@ -706,11 +706,36 @@ def test_one_point_alone_and_none_at_all(bench_calibration):
     [
         (["run", "--touch", "--arm", "virtual://arm", "--seconds", "2"], "Choose one"),
         (["board", "board.png"], "ends in .pdf"), (["detect", "nothing*.jpg"], "No file matches"),
+        (["board", "b.pdf", "--square-mm", "2,5"], "--square-mm: expected a number with a decimal point, as in 2.5, got '2,5'"),
+        (["board", "b.pdf", "--marker-mm", "15"], "--marker-mm is of a ChArUco board: add --charuco"),
+        (["record", "mine", "--dictionary", "DICT_5X5_50"], "--dictionary is of a ChArUco board"),
+        (["board", "b.pdf", "--sheets", "2"], "--sheets is of marks: add --marks"),
+        (["board", "b.pdf", "--marks", "--columns", "8"], "--columns is of a board, and --marks prints none"),
+        (["run", "--recording", "nowhere", "--seconds", "2"], "There is no folder nowhere"),
     ],
 )  # fmt: skip
 def test_words_of_the_command_line_that_do_not_fit(words, says, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(words) == 2 and says in capsys.readouterr().err and not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["--rate", "10,5"], "expected a number with a decimal point, as in 10.5, got '10,5'"),
+        (["--seconds", "nan"], "expected a finite number, got 'nan'"),
+        (["--seconds", "0"], "expected a number of seconds above 0, got 0"),
+    ],
+)
+def test_numbers_that_are_none(words, says, capsys):
+    with pytest.raises(SystemExit):
+        main(["run", *words])
+    assert says in capsys.readouterr().err
+
+
+def test_the_virtual_bench_is_that_of_the_recording_named(tmp_path):
+    assert main(["run", "--recording", "second_rig", "--seconds", "1", "--log", str(tmp_path / "run.jsonl")]) == 0
+    assert json.loads((tmp_path / "run.jsonl").read_text().splitlines()[0])["fitted_on"] == "second_rig"
 
 
 def test_detect_takes_patterns_and_folders(bench, capsys):

@@ -180,7 +180,7 @@ def _parser():
         run_demo,
         "Run the whole chain on a recording, beside the paper's numbers.",
         "demo bench --report demo.html",
-    )
+    )  # fmt: skip
     _add_recording(demo)
     demo.add_argument(
         "--report", metavar="FILE", default="demo.html", help="picture report to write (default: %(default)s)"
@@ -264,7 +264,7 @@ def _parser():
         "--board", metavar="9x6",
         help="columns x rows: of a chessboard its inner corners, of a ChArUco board its squares",
     )  # fmt: skip
-    _add_board(bring, square=None)
+    _add_board(bring)
     bring.add_argument(
         "--calibration", nargs="+", metavar="FILE",
         help="in the place of pictures: OpenCV's YAML, or the left and the right camera_info of ROS; --out may be a recording "
@@ -285,12 +285,14 @@ def _parser():
     record.add_argument("--left", default="0", metavar="N", help="number of the left camera, or a video file (0)")
     record.add_argument("--right", default="1", metavar="N", help="number of the right camera, or a video file (1)")
     record.add_argument("--size", metavar="WxH", help="of the pictures, px (640x480, or that of the recording)")
-    record.add_argument("--rate", type=float, default=15.0, metavar="HZ", help="pairs a second (default: %(default)g)")
+    record.add_argument(
+        "--rate", type=_decimal, default=15.0, metavar="HZ", help="pairs a second (default: %(default)g)"
+    )
     record.add_argument(
         "--board", metavar="9x6",
         help="columns x rows: of a chessboard its inner corners, of a ChArUco board its squares (9x6, or that of the recording)",
     )  # fmt: skip
-    _add_board(record, None)
+    _add_board(record)
     record.add_argument("--ball-color", metavar="NAME", help="of the ball (red, or that of the recording)")
     record.add_argument("--ball-mm", metavar="MM", help="diameter of the ball (40, or that of the recording)")
     record.add_argument(
@@ -323,21 +325,16 @@ def _parser():
     )  # fmt: skip
     board.add_argument("out", metavar="FILE", help="the PDF to write")
     board.add_argument(
-        "--columns",
-        default="9",
-        metavar="N",
-        help="of a chessboard its inner corners, of a ChArUco board its squares (9)",
+        "--columns", metavar="N", help="of a chessboard its inner corners, of a ChArUco board its squares (9)"
     )
-    board.add_argument("--rows", default="6", metavar="N", help="the same, downwards (6)")
+    board.add_argument("--rows", metavar="N", help="the same, downwards (6)")
     _add_board(board)
     board.add_argument("--paper", default="A4", metavar="NAME", help="A4, Letter or A3 (default: %(default)s)")
     board.add_argument(
         "--marks", action="store_true", help="instead of a board: crosses for the table, marked with their x and depth"
     )
-    board.add_argument("--sheets", type=int, default=3, metavar="N", help="of marks, one behind the other (3)")
-    board.add_argument(
-        "--from-mm", type=float, default=500, metavar="MM", help="depth of the first line of marks (500)"
-    )
+    board.add_argument("--sheets", type=int, metavar="N", help="of marks, one behind the other (3)")
+    board.add_argument("--from-mm", type=_decimal, metavar="MM", help="depth of the first line of marks (500)")
 
     render = add(
         "render",
@@ -378,7 +375,7 @@ def _parser():
     arm.add_argument("--keep", action="store_true", help="for register: write it into the recording")
     arm.add_argument(
         "--seconds",
-        type=float,
+        type=_decimal,
         default=None,
         metavar="S",
         help="for monitor: stop after so long (else Ctrl-C ends it, with exit code 0)",
@@ -396,10 +393,12 @@ def _parser():
         help="a recording; cameras:0,1; virtual, or virtual:NAME for the bench of another recording (default: %(default)s)",
     )  # fmt: skip
     live.add_argument(
-        "--recording", metavar="REC", help="for cameras: the recording that was taken with them (default: as for demo)"
+        "--recording",
+        metavar="REC",
+        help="the recording that was taken with these cameras (default: the source's own; for cameras: as for demo)",
     )
     live.add_argument("--color", metavar="NAME", help="a colour, or a file that train wrote (default: the recording's)")
-    live.add_argument("--rate", type=float, default=30.0, metavar="HZ", help="pairs a second (default: %(default)g)")
+    live.add_argument("--rate", type=_decimal, default=30.0, metavar="HZ", help="pairs a second (default: %(default)g)")
     live.add_argument(
         "--arm", metavar="URL", help="follow the ball with this arm: virtual://arm, COM3, /dev/ttyUSB0, …"
     )
@@ -443,13 +442,20 @@ def _parser():
     return parser
 
 
+def _decimal(word):
+    """A finite number; what is none is told in the words of the rest of the kit."""
+    from stereo_lab.common.files import finite_number
+
+    try:
+        return finite_number(word, "here")
+    except StereoLabError as error:
+        raise argparse.ArgumentTypeError(str(error).removeprefix("here: ").rstrip(".")) from None
+
+
 def _seconds(word):
     """A time that ends something."""
-    try:
-        if (seconds := float(word)) > 0:  # refuses NaN as well
-            return seconds
-    except ValueError:
-        pass
+    if (seconds := _decimal(word)) > 0:
+        return seconds
     raise argparse.ArgumentTypeError(f"expected a number of seconds above 0, got {word}")
 
 
@@ -461,14 +467,13 @@ def _add_recording(parser):
     _add_json(parser)
 
 
-def _add_board(parser, square="25"):
+def _add_board(parser):
     """What else there is to say of a board."""
-    parser.add_argument("--square-mm", default=square, metavar="MM", help="side of one square in millimetres")
+    parser.add_argument("--square-mm", metavar="MM", help="side of one square in millimetres")
     parser.add_argument("--charuco", action="store_true", help="it is a ChArUco board: a chessboard with markers in it")
     parser.add_argument("--marker-mm", metavar="MM", help="side of one marker (default: three quarters of a square)")
     parser.add_argument(
-        "--dictionary", default="DICT_4X4_50", metavar="NAME",
-        help="what the markers are taken from, by OpenCV's name (default: %(default)s)",
+        "--dictionary", metavar="NAME", help="what the markers are taken from, by OpenCV's name (default: DICT_4X4_50)"
     )  # fmt: skip
 
 

@@ -26,18 +26,33 @@ def board_of(columns: str, rows: str, options: argparse.Namespace, told_by: tupl
         If there can be no such board.
     """
     from stereo_lab.recording import Board
-    from stereo_lab.recording.bounds import CHARUCO, MARKER, corner_count, dictionary_name, length_mm, markers_that_fit
+    from stereo_lab.recording.bounds import (
+        CHARUCO,
+        DICTIONARY,
+        MARKER,
+        corner_count,
+        dictionary_name,
+        length_mm,
+        markers_that_fit,
+    )
 
     counted, more = ("squares", 1) if options.charuco else ("inner corners", 0)
     across = corner_count(columns, f"{told_by[0]}, {counted} across", more)
     down = corner_count(rows, f"{told_by[1]}, {counted} down", more)
     square = length_mm(options.square_mm, "--square-mm")
     if not options.charuco:
+        _of_no_use(options, "of a ChArUco board: add --charuco, or leave it out", "marker-mm", "dictionary")
         return Board(across, down, square)
     marker = markers_that_fit(options.marker_mm or MARKER * square, square, "--marker-mm")
-    return Board(
-        across, down, square, CHARUCO, marker, dictionary_name(options.dictionary, across * down // 2, "--dictionary")
-    )
+    dictionary = dictionary_name(options.dictionary or DICTIONARY, across * down // 2, "--dictionary")
+    return Board(across, down, square, CHARUCO, marker, dictionary)
+
+
+def _of_no_use(options, why, *names):
+    """Refuse options that would do nothing beside the others."""
+    for name in names:
+        if getattr(options, name.replace("-", "_")):
+            raise StereoLabError(f"--{name} is {why}.")
 
 
 def run_import(options: argparse.Namespace) -> int:
@@ -308,10 +323,18 @@ def run_board(options: argparse.Namespace) -> int:
         raise StereoLabError(f"The sheets are a PDF: expected a name that ends in .pdf, got {options.out}.")
     paper = {name.lower(): name for name in PAPERS_MM}.get(options.paper.lower(), options.paper)
     if options.marks:
-        sheets = mark_sheets(paper, options.sheets, options.from_mm)
+        board_only = "columns", "rows", "square-mm", "charuco", "marker-mm", "dictionary"
+        _of_no_use(options, "of a board, and --marks prints none: leave one of them out", *board_only)
+        sheets = mark_sheets(
+            paper,
+            3 if options.sheets is None else options.sheets,
+            500.0 if options.from_mm is None else options.from_mm,
+        )
         what = f"{len(sheets)} sheet(s) of marks, {paper}. Lay them one behind the other, line on line."
     else:
-        board = board_of(options.columns, options.rows, options, ("--columns", "--rows"))
+        _of_no_use(options, "of marks: add --marks, or leave it out", "sheets", "from-mm")
+        options.square_mm = options.square_mm or "25"
+        board = board_of(options.columns or "9", options.rows or "6", options, ("--columns", "--rows"))
         sheets, what = [board_sheet(board, paper)], f"{board}, squares of {board.square_mm:g} mm, {paper}."
     write_whole(options.out, sheets_pdf(sheets))
     print(f"{options.out}: {what}")

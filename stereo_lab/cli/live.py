@@ -37,9 +37,10 @@ def run_live(options: argparse.Namespace) -> int:
     if options.log:
         check_new(options.log)  # before the arm moves
     with contextlib.ExitStack() as stack:
-        stage = open_recording(options.recording) if options.source.startswith("cameras:") else None
+        told = options.recording or options.source.startswith("cameras:")
+        stage = open_recording(options.recording) if told else None
         source = stack.enter_context(open_source(options.source, rate_hz=options.rate, recording=stage))
-        recording = stage or getattr(source, "recording", None) or open_recording(options.recording)
+        recording = stage or getattr(source, "recording", None) or open_recording()
         localizer = Localizer.fit(recording, color=options.color)
         arm = None if options.arm is None else stack.enter_context(_arm(options.arm, recording))
         move_on = _set_the_stage(source, arm, options.touch)

@@ -20,6 +20,7 @@ PICTURES_A_SECOND = (0.001, 1_000.0)  # from one in a quarter of an hour to the 
 MOST_GRAMS = 100_000.0  # of a part of an arm
 TURNS_DEG = (-3_600.0, 3_600.0)  # ten turns each way
 CHESSBOARD, CHARUCO = KINDS = ("chessboard", "charuco")
+DICTIONARY = "DICT_4X4_50"  # where nobody tells it
 MARKER_PART = (0.5, 0.9)  # of a square's side
 DICTIONARIES = {f"DICT_{bits}X{bits}_{count}": count for bits in (4, 5, 6, 7) for count in (50, 100, 250, 1000)}
 COLORS = ("red", "orange", "yellow", "green", "blue")
