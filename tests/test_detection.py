@@ -11,8 +11,10 @@ import pytest
 from conftest import ROOT
 from stereo_lab.calibration import calibrate_recording, homography
 from stereo_lab.common.files import read_table
+from stereo_lab.common.vectors import tangent_circle
 from stereo_lab.detection import BALL, HUES, BallColor, BallDetector, Detection, candidates, cone, hough, judge
 from stereo_lab.detection.detector import CERTAIN, FADES, SMEARED, unsure
+from stereo_lab.detection.learning import MOST, most_colorful
 from stereo_lab.detection.outline import ANGLE, RAYS, Look
 from stereo_lab.detection.training import weights_of
 from stereo_lab.detection.weights import FILE, SHIPPED
@@ -95,7 +97,7 @@ def test_where_the_edges_do_not_tell_no_centre_is_sure():
 def test_cone_recovers_an_exact_cone():
     """The edge of a ball on a drawn picture of its outline, told ray by ray: axis and radius come back."""
     center, radius = np.array([120.0, -60, 700]), 25.0
-    rim = cone.tangent_circle(center, radius, 720) @ MATRIX.T
+    rim = tangent_circle(center, radius, 720) @ MATRIX.T
     rim = rim[:, :2] / rim[:, 2:]
     look = Look(np.zeros((480, 640, 3), np.uint8), BallColor.named("red"), CAMERA, (*rim.mean(0), 20.0), 0.3)
     from_middle = rim - rim.mean(0)
@@ -271,6 +273,52 @@ def test_a_dim_ball_has_its_color_and_dim_grey_has_none(name):
     assert np.ptp(dim) < 20 and np.ptp(grey) < 8
     dim_like, grey_like = BallColor.named(name).likeness(np.uint8([[dim, grey]]))[0]
     assert dim_like > 90 and grey_like == 0
+
+
+def before_its_own_color(seed):
+    """A red ball before a shelf of dull red books, and where it is: most of the picture has the ball's name."""
+    rng, grey = np.random.default_rng(seed), (70, 70, 150)
+    image, (u, v) = draw_ball((100, 60, 1000), ground=grey)
+    ball = np.clip(np.abs(image.astype(int) - grey).sum(2, keepdims=True) / 60, 0, 1)
+    books, x = np.zeros(image.shape), 0
+    while x < image.shape[1]:
+        wide = int(rng.integers(8, 30))
+        books[:, x : x + wide] = np.array([50, 50, 150]) * rng.uniform(0.5, 1.2) + rng.uniform(0, 40)
+        x += wide
+    rows, columns = np.indices(image.shape[:2])
+    light = (0.85 - 0.15 * (columns - u + rows - v) / 24).clip(0.6, 1.1)[..., None]
+    mixed = cv2.GaussianBlur(ball * np.array([45, 45, 215]) * light + (1 - ball) * books, (0, 0), 0.8)
+    return np.clip(mixed + rng.normal(0, 4, image.shape), 0, 255).astype(np.uint8), (u, v)
+
+
+def test_a_ball_before_its_own_colour_is_the_most_colourful():
+    """By its name alone six in ten are found: all the shelf is one patch. What is most colourful of it tells the ball."""
+    detector, hits = BallDetector("red"), []
+    for seed in range(10):
+        image, (u, v) = before_its_own_color(seed)
+        ball = detector.detect(image)
+        if ball is None or np.hypot(ball.u - u, ball.v - v) > 1:
+            continue
+        hits.append(ball.cone.look.color.name)
+        followed = detector.detect(image, near=ball)
+        assert followed is not None and np.hypot(followed.u - u, followed.v - v) < 1
+    assert len(hits) >= 8 and hits.count(MOST + "red") >= 2
+
+
+def test_the_most_colourful_is_a_part_of_a_name():
+    image, _ = before_its_own_color(3)
+    red = BallColor.named("red")
+    part = most_colorful(red, image)
+    assert (part.table <= red.table).all() and 0.05 < (part.likeness(image) > 90).mean() < 0.4
+    assert (red.likeness(image) > 90).mean() > 0.7
+    assert most_colorful(part, image) is None and most_colorful(red, np.full((60, 80, 3), 90, np.uint8)) is None
+
+
+def test_another_colours_ball_is_not_followed():
+    """What was seen last may be a ball of another name: the detector keeps to its own."""
+    image, _ = draw_ball((0, 0, 800))
+    seen = BallDetector("red").detect(image)
+    assert seen is not None and BallDetector("green").detect(image, near=seen) is None
 
 
 def test_every_ball_of_a_colour():
@@ -517,7 +565,7 @@ def test_real_green_ball(real_pictures):
 
 def test_tangent_circle_is_where_rays_touch():
     center, radius = np.array([120.0, -60.0, 700.0]), 20.0
-    points = cone.tangent_circle(center, radius)
+    points = tangent_circle(center, radius)
     assert np.allclose(np.linalg.norm(points - center, axis=1), radius)
     assert np.allclose(np.einsum("ij,ij->i", points, points - center), 0, atol=1e-6)
 

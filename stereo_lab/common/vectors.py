@@ -6,6 +6,7 @@ import functools
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 X, Y, Z = np.eye(3)
 CROSS = np.stack([0 * X, -Z, Y, Z, 0 * X, -X, -Y, X, 0 * X], 1)  # the nine entries of the matrix, row by row
@@ -14,6 +15,16 @@ CROSS = np.stack([0 * X, -Z, Y, Z, 0 * X, -X, -Y, X, 0 * X], 1)  # the nine entr
 def cross(vectors: np.ndarray) -> np.ndarray:
     """The matrices that take the cross product with vectors, shapes (..., 3) and (..., 3, 3)."""
     return (vectors @ CROSS).reshape(*vectors.shape, 3)
+
+
+def tangent_circle(center_mm: ArrayLike, radius_mm: float, count: int = 60) -> np.ndarray:
+    """Where the rays from the camera touch a ball, its centre in the camera's frame: points, shape (count, 3), mm."""
+    center = np.asarray(center_mm, float)
+    distance = np.linalg.norm(center)
+    near = 1 - (radius_mm / distance) ** 2
+    across = np.linalg.svd(center[None] / distance)[2][1:]
+    angle = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    return near * center + radius_mm * np.sqrt(near) * np.column_stack([np.cos(angle), np.sin(angle)]) @ across
 
 
 def as_arrays(function: Callable) -> Callable:

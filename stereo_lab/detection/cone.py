@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from numpy.typing import ArrayLike
 
 from stereo_lab.detection.outline import RAYS, Look
 
@@ -147,13 +146,3 @@ def _best_of_threes(rays, near, r):
     tan2[~((tan2 > 1e-8) & (tan2 < 1))] = 1e-9
     on = np.abs(1 - axes @ rays.T) * (r / tan2)[:, None] < near
     return axes[on.sum(1).argmax()]
-
-
-def tangent_circle(center_mm: ArrayLike, radius_mm: float, count: int = 60) -> np.ndarray:
-    """Where the rays from the camera touch a ball, its centre in the camera's frame: points, shape (count, 3), mm."""
-    center = np.asarray(center_mm, float)
-    distance = np.linalg.norm(center)
-    near = 1 - (radius_mm / distance) ** 2
-    across = np.linalg.svd(center[None] / distance)[2][1:]
-    angle = np.linspace(0, 2 * np.pi, count, endpoint=False)
-    return near * center + radius_mm * np.sqrt(near) * np.column_stack([np.cos(angle), np.sin(angle)]) @ across

@@ -12,6 +12,7 @@ from stereo_lab.detection import candidates as where
 from stereo_lab.detection.color import BallColor
 from stereo_lab.detection.cone import fit_cone
 from stereo_lab.detection.judge import Thing, judge, ranking, sureness
+from stereo_lab.detection.learning import MOST, most_colorful
 from stereo_lab.detection.model import Camera, Circle, Detection, check_image, usual_camera
 from stereo_lab.detection.outline import Look
 from stereo_lab.detection.paper import detect_paper
@@ -19,6 +20,7 @@ from stereo_lab.errors import StereoLabError
 
 BALL = 0.5  # probability from which a thing is called the ball
 SURE, TRIED = 0.9, 0.7  # nothing else is looked for; no votes are counted
+SECOND = 1.1  # log odds: where all that failed, a ball is three times less probable
 LEAST_PX, LEAST_OF_WIDTH, MOST_OF_WIDTH = 3.0, 0.007, 0.6  # radii worth looking for
 GLANCE_STEP, LONG_STEP = 1.5, 2.2  # not every pixel is looked at: so many in the least radius
 GLANCES, BEST_VOTED = 6, 8  # patches that get a first look; circles with the most votes, whatever colour is round them
@@ -75,7 +77,7 @@ class BallDetector:
         image = check_image(image)
         if self.method == "paper":
             return detect_paper(image, self.color)
-        followed, enough = (None, False) if near is None else self._follow(image, near)
+        followed, enough = (None, False) if near is None else self._who_saw(near)._follow(image, near)
         if enough:
             return followed
         best = next(iter(self.candidates(image, 1)), None)
@@ -87,11 +89,16 @@ class BallDetector:
         """A ball's edge measured anew: light or colours that vary round it count less. The ball as it was where that tells less."""
         if ball.cone is None or ball.sigma_px is None:
             return ball
-        cone = self._settle(check_image(image), ball.cone.circle, (ball.cone.look.share,), "quiet")
+        cone = self._who_saw(ball)._settle(check_image(image), ball.cone.circle, (ball.cone.look.share,), "quiet")
         if cone is None or not _same(cone, ball.cone):
             return ball
         found = _detection(cone._replace(smeared=ball.smeared), ball.score)
         return found if found.sigma_px < WORSE * ball.sigma_px else ball
+
+    def _who_saw(self, ball):
+        """The detector by whose colour a ball was found: by its name, or by what is most colourful of that name."""
+        color = self.color if ball.cone is None else ball.cone.look.color
+        return BallDetector(color, camera=self.camera) if color.name == MOST + self.color.name else self
 
     def _surer(self, image, ball):
         return self.again(image, ball) if unsure(ball) else ball
@@ -112,8 +119,11 @@ class BallDetector:
         """The same with the logarithm of each one's odds against none: the other camera's picture can add its own evidence."""
         if self.method == "paper":
             raise StereoLabError("The paper's way finds one ball or none, no candidates. Use the method cone.")
-        ranked = ranking(self.things(check_image(image), everything))[:most]
-        return [(_detection(thing.cone, p), thing.logit) for thing, p in ranked]
+        seen = self.things(check_image(image), everything)
+        if sureness(seen) < BALL and (vivid := most_colorful(self.color, image)) is not None:
+            tried = BallDetector(vivid, camera=self.camera).things(image, everything)
+            seen += [thing._replace(logit=thing.logit - SECOND) for thing in tried]
+        return [(_detection(thing.cone, p), thing.logit) for thing, p in ranking(seen)[:most]]
 
     def weighed_at(self, image: np.ndarray, circles: Sequence[Circle]) -> list[tuple[Detection, float]]:
         """The same by a long look at some places (u, v, radius), px."""

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import cv2
 import numpy as np
 
-from stereo_lab.detection.color import BINS, LAST_HUE, STEP, BallColor, bin_colors
+from stereo_lab.detection.candidates import SURELY
+from stereo_lab.detection.color import BINS, HUES, LAST_HUE, STEP, BallColor, bin_colors
 from stereo_lab.detection.model import check_image
 from stereo_lab.errors import StereoLabError
 
 MARKS, LEAST_SURE = 6, 0.75  # balls that mark themselves, and how sure each must be
 PRIOR = 0.1  # a ball covers a few hundredths of a picture; its rarer tints count as well
 MOST_PIXELS, ROUNDS, RIDGE = 20_000, 12, 1.0
+# Of the pixels of a colour's name: how colourful half of them are is not at all, what a tenth exceeds is fully the ball's
+COLORFUL_PARTS = 0.5, 0.9
+EVERY, FEW, MOST = 2, 20, "most colourful "  # so manieth pixels are looked at; at least so many; before the name
 
 
 def surest(images: Sequence[np.ndarray], color: BallColor) -> tuple[tuple[int, float, float, float], ...]:
@@ -35,6 +40,24 @@ def surest(images: Sequence[np.ndarray], color: BallColor) -> tuple[tuple[int, f
             "Mark the ball by hand in three or four of them: file, u, v and radius_px in a table, and --color-from."
         )
     return tuple((k, ball.u, ball.v, ball.radius_px) for k, ball in sure)
+
+
+def most_colorful(color: BallColor, image: np.ndarray) -> BallColor | None:
+    """Of a colour's name only the most colourful that a picture has; None where it has hardly any, and for a learned colour.
+
+    A name is wide: before plants and books of the ball's name all flows into one patch. A ball is often the most colourful
+    thing among them.
+    """
+    if color.name not in HUES:
+        return None
+    found = image[::EVERY, ::EVERY][color.likeness(image, EVERY) > SURELY].astype(int)
+    if len(found) < FEW:
+        return None
+    half, most = np.quantile(found.max(1) - found.min(1), COLORFUL_PARTS)
+    colors = bin_colors().astype(int)
+    part = (colors.max(-1) - colors.min(-1) - half) / max(most - half, STEP)
+    table = color.table * np.clip(part, 0, 1).reshape(color.table.shape)
+    return replace(color, name=MOST + color.name, table=table.astype(np.uint8))
 
 
 def pixels_of(images: Sequence[np.ndarray], circles: Sequence[Sequence[float]]) -> tuple[np.ndarray, np.ndarray]:
