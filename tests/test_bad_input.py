@@ -419,7 +419,7 @@ def test_json_to_what_is_no_plain_file(tmp_path, capsys):
 def test_json_where_no_folder_can_be(tmp_path, capsys):
     (tmp_path / "file").touch()
     assert "Cannot write" in refused(capsys, "detect", PICTURE, "--json", tmp_path / "file" / "d.json")
-    assert "Cannot write" in refused(capsys, "detect", PICTURE, "--json", tmp_path / "a\0b")
+    assert "Cannot write" in refused(capsys, "detect", PICTURE, "--json", tmp_path / "a\0b.json")
 
 
 @pytest.mark.parametrize("step", ["fsync", "replace", "chmod"])
@@ -711,12 +711,22 @@ def test_one_point_alone_and_none_at_all(bench_calibration):
         (["record", "mine", "--dictionary", "DICT_5X5_50"], "--dictionary is of a ChArUco board"),
         (["board", "b.pdf", "--sheets", "2"], "--sheets is of marks: add --marks"),
         (["board", "b.pdf", "--marks", "--columns", "8"], "--columns is of a board, and --marks prints none"),
+        (["calibrate", "bench", "--json", "numbers.txt"], "--json: expected a name that ends in .json, got numbers.txt"),
+        (["check", "bench", "--report", "bench.json"], "--report: expected a name that ends in .html or .htm"),
+        (["grade", "handed_in", "--csv", "class.xlsx"], "--csv: expected a name that ends in .csv"),
         (["run", "--recording", "nowhere", "--seconds", "2"], "There is no folder nowhere"),
     ],
 )  # fmt: skip
 def test_words_of_the_command_line_that_do_not_fit(words, says, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(words) == 2 and says in capsys.readouterr().err and not list(tmp_path.iterdir())
+
+
+def test_no_output_takes_the_place_of_a_recordings_file(small, capsys):
+    facts = small / "recording.json"
+    before = facts.read_bytes()
+    assert main(["calibrate", str(small), "--json", str(facts)]) == 2
+    assert "belongs to the recording" in capsys.readouterr().err and facts.read_bytes() == before
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from stereo_lab.cli.course import run_progress, run_reset, run_start
 from stereo_lab.cli.instructor import run_export_nbgrader
 from stereo_lab.cli.live import run_live, run_log, run_watch
 from stereo_lab.cli.seats import run_pack, run_places, run_ready, run_unpack, run_wheels
-from stereo_lab.cli.terminal import BAD_INPUT, STOPPED, check_json_option, clear_line, flush_output
+from stereo_lab.cli.terminal import BAD_INPUT, STOPPED, check_outputs, clear_line, flush_output
 from stereo_lab.cli.train import run_train
 from stereo_lab.cli.vision import run_calibrate, run_demo, run_detect, run_render
 from stereo_lab.errors import StereoLabError
@@ -35,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         words, for_jupyterlab = _parted(list(sys.argv[1:] if arguments is None else arguments))
         options = _parser().parse_args(words)
         options.for_jupyterlab = for_jupyterlab
-        check_json_option(getattr(options, "json", None))
+        check_outputs(options)
         code = options.run(options)
         flush_output()
         return code

@@ -276,13 +276,10 @@ def run_check(options: argparse.Namespace) -> int:
     """Look a recording through and say what is wrong with it; WANTING where something is that matters."""
     os.environ.setdefault("MPLBACKEND", "agg")  # figures go to a file: no window is needed, nor a screen
     from stereo_lab.cli.terminal import Progress
-    from stereo_lab.common.files import check_target
     from stereo_lab.doctor import check_recording
     from stereo_lab.recording import open_recording
 
     recording = open_recording(options.recording)
-    if options.report:
-        check_target(options.report)
     with Progress() as progress:
         checkup = check_recording(recording, progress)
     if options.json != "-" or options.report:

@@ -63,7 +63,6 @@ def run_grade(options: argparse.Namespace) -> int:
     from stereo_lab.classroom.page import write_page
     from stereo_lab.classroom.papers import not_looked_at
     from stereo_lab.classroom.table import read_teacher, write_table
-    from stereo_lab.common.files import check_target
     from stereo_lab.exercises import questions
     from stereo_lab.recording import open_recording
 
@@ -76,8 +75,6 @@ def run_grade(options: argparse.Namespace) -> int:
             )
     if options.jobs is not None and options.jobs < 1:
         raise StereoLabError(f"Expected a number of notebooks at a time after --jobs, 1 or more; got {options.jobs}.")
-    for target in filter(None, (options.csv, options.html)):
-        check_target(target)
     before = read_teacher(table)  # what is no class table is not written over
     recording = open_recording(options.recording)
     with Progress() as progress:

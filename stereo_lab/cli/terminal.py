@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import shutil
 import sys
 import time
+from pathlib import Path
 
 from stereo_lab.errors import StereoLabError
 
+OUTPUTS = {
+    "json": (".json",),
+    "save": (".json",),
+    "report": (".html", ".htm"),
+    "html": (".html", ".htm"),
+    "csv": (".csv",),
+}
+OF_A_RECORDING = "recording.json", "calibration.json", "truth.json", "registration.json", "measured.csv"
 OK, WANTING, BAD_INPUT, STOPPED = 0, 1, 2, 130
 
 
@@ -47,12 +57,26 @@ def clear_line() -> None:
         print("\r\033[K", end="", file=sys.stderr, flush=True)
 
 
-def check_json_option(path: str | None) -> None:
-    """Refuse a --json that cannot be written, before minutes of work are done for it."""
+def check_outputs(options: argparse.Namespace) -> None:
+    """Refuse files that cannot be written, before minutes of work are done for them, and those that something else lives in.
+
+    Raises
+    ------
+    StereoLabError
+        If a name has another ending than what is written, or is that of a file of a recording, or of no plain file.
+    """
     from stereo_lab.common.files import check_target
 
-    if path and path != "-":
-        check_target(path)
+    for option, endings in OUTPUTS.items():
+        name = getattr(options, option, None)
+        if not name or (option == "json" and name == "-"):
+            continue
+        check_target(name)
+        path = Path(name)
+        if path.suffix.lower() not in endings:
+            raise StereoLabError(f"--{option}: expected a name that ends in {' or '.join(endings)}, got {name}.")
+        if path.name in OF_A_RECORDING and (path.parent / OF_A_RECORDING[0]).is_file():
+            raise StereoLabError(f"--{option}: {name} belongs to the recording {path.parent}. Name another file.")
 
 
 def write_json_option(path: str | None, content: object) -> None:

@@ -40,13 +40,10 @@ def run_demo(options: argparse.Namespace) -> int:
 def run_calibrate(options: argparse.Namespace) -> int:
     """Calibrate the cameras of a recording and print what it is worth; WANTING where it is poor."""
     from stereo_lab.calibration import boards_of, calibrate_anew
-    from stereo_lab.common.files import check_target
     from stereo_lab.recording import open_recording, swap_sides
     from stereo_lab.results import report
 
     recording = open_recording(options.recording)
-    if options.report:
-        check_target(options.report)
     if options.swap:
         boards = boards_of(recording)
         theirs = [recording] if boards.path == recording.path else [boards, recording]

@@ -108,12 +108,14 @@ def _volts():
 
 
 def _runs_on():
-    tries = ((0.06, 180.0), (0.03, 90.0), (0.1, 180.0))
+    # A flywheel at last, as sluggish as no motor: what a loop that ends early leaves out can be seen there
+    tries = ((0.06, 180.0), (0.03, 90.0), (0.1, 180.0), (30.0, 90.0))
     return dict(
         asks="Without friction: how far does a motor run on, when its voltage is taken away?",
         answer=Function(
             runs_on, tries, 0.01, "degrees",
             (
+                Wrong(lambda t, w: t * (w - 0.001), "the loop ends at 0.001 degrees per second, a little early. What formula gives its four numbers?"),
                 Wrong(lambda t, w: 1000 * t * w, "the time constant is in seconds here, not in milliseconds."),
                 Wrong(lambda t, w: w / t, "a sluggish motor (large τ) runs on farther, not less far."),
                 Wrong(lambda t, w: t, "a fast motor runs on farther: the speed belongs into it."),
