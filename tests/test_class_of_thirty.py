@@ -62,3 +62,5 @@ def test_what_carry_gives_is_the_learners_only_where_it_was_theirs(tmp_path):
     wanted = hand_in(tmp_path / "in", {"honest": carries_before_it_checks(), "sly": remembers_by_dying()})
     graded = grade(tmp_path / "in", open_recording(ROOT / "data" / "bench"), tmp_path / "kept.json")
     assert {row.learner for row in graded.rows} == set(wanted) and wrong_rows(graded.rows, wanted) == []
+    again = grade(tmp_path / "in", open_recording(ROOT / "data" / "bench"), tmp_path / "kept.json")
+    assert (again.run, again.how) == (0, "No notebook had to be run.") and again.rows == graded.rows

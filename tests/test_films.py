@@ -113,6 +113,14 @@ def test_films_of_two_boards_are_refused(films, tmp_path):
     assert not (tmp_path / "mine").exists()
 
 
+def test_films_of_another_board_than_told(films, tmp_path):
+    with pytest.raises(
+        RecordingError, match=r"board with 8x5 inner corners is seen in 0 of \d+ frames.*other numbers of corners"
+    ):
+        import_films(*films, Board(8, 5, 30.0), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_film_that_ends_in_the_middle(films, tmp_path):
     cut = tmp_path / "cut.avi"
     cut.write_bytes(films[1].read_bytes()[: int(films[1].stat().st_size * 0.7)])

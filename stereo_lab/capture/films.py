@@ -195,6 +195,8 @@ def import_films(
     say = progress or (lambda *_: None)
     one = watch(left, board, lambda *n: say(f"watch {left}", *n))
     other = watch(right, board, lambda *n: say(f"watch {right}", *n))
+    for path, film in ((left, one), (right, other)):
+        _check_seen(path, film, board)
     later, _ = offset_s(one, other)
     chosen = resting_pairs(one, other, later, every)
     if not chosen:
@@ -210,6 +212,16 @@ def import_films(
         if len(folder.names(BOARDS)) < len(chosen):
             raise RecordingError("A film gave fewer pictures the second time it was read. Save it anew, and try again.")
     return open_recording(out), later
+
+
+def _check_seen(path, film, board):
+    """Refuse a film that shows the board hardly ever: two of those fit together nowhere, and that would be told instead."""
+    seen, frames = sum(glance is not None for glance in film.glances), len(film.glances)
+    if seen * float(np.ptp(film.times_s)) / frames < LEAST_SHARED_S:
+        raise RecordingError(
+            f"{path}: a {board} is seen in {seen} of {frames} frames, and must be for {LEAST_SHARED_S:g} s at least. Does the "
+            "board have other numbers of corners, or is it too far away?"
+        )
 
 
 def _some(path: str | Path, numbers: list[int]) -> Iterator[np.ndarray]:

@@ -108,7 +108,8 @@ def grade(
     store.name(found)
     unknown = store.remember(teacher())
     rows = [_row(learner, lesson, given, desk, store, due) for (learner, lesson), given in found.items()]
-    return Graded(rows, HOW[store.how], len(waiting), unknown, [(p.file, p.trouble) for p in papers if p.trouble])
+    how = HOW[store.how] if waiting else "No notebook had to be run."
+    return Graded(rows, how, len(waiting), unknown, [(p.file, p.trouble) for p in papers if p.trouble])
 
 
 def _run_all(desk, waiting, store, cores, progress):
