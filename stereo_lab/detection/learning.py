@@ -1,4 +1,4 @@
-"""The colour of a ball, learned from pictures in which it is marked."""
+"""The colour of a ball: learned from pictures in which it is marked, or the most colourful that a picture has of its name."""
 
 from __future__ import annotations
 
