@@ -732,8 +732,8 @@ def test_no_output_takes_the_place_of_a_recordings_file(small, capsys):
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (["--rate", "10,5"], "expected a number with a decimal point, as in 10.5, got '10,5'"),
-        (["--seconds", "nan"], "expected a finite number, got 'nan'"),
+        (["--rate", "10,5"], "expected a number with a decimal point, as in 10.5, got 10,5"),
+        (["--seconds", "nan"], "expected a number of seconds above 0, got nan"),
         (["--seconds", "0"], "expected a number of seconds above 0, got 0"),
     ],
 )

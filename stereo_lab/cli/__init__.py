@@ -443,18 +443,18 @@ def _parser():
 
 
 def _decimal(word):
-    """A finite number; what is none is told in the words of the rest of the kit."""
-    from stereo_lab.common.files import finite_number
+    """A number; what is none is told in the words of the rest of the kit."""
+    from stereo_lab.common.files import with_a_point
 
     try:
-        return finite_number(word, "here")
-    except StereoLabError as error:
-        raise argparse.ArgumentTypeError(str(error).removeprefix("here: ").rstrip(".")) from None
+        return float(word)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected a number{with_a_point(word)}, got {word}") from None
 
 
 def _seconds(word):
     """A time that ends something."""
-    if (seconds := _decimal(word)) > 0:
+    if (seconds := _decimal(word)) > 0:  # refuses NaN as well
         return seconds
     raise argparse.ArgumentTypeError(f"expected a number of seconds above 0, got {word}")
 

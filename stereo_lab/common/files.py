@@ -234,13 +234,13 @@ def finite_number(value: Any, where: str) -> float:
     try:
         number = float(value)
     except (TypeError, ValueError, OverflowError):
-        raise StereoLabError(f"{where}: expected a number{_with_a_point(value)}, got {reprlib.repr(value)}.") from None
+        raise StereoLabError(f"{where}: expected a number{with_a_point(value)}, got {reprlib.repr(value)}.") from None
     if not math.isfinite(number) or isinstance(value, bool):
         raise StereoLabError(f"{where}: expected a finite number, got {reprlib.repr(value)}.")
     return number
 
 
-def _with_a_point(value):
+def with_a_point(value: Any) -> str:
     """What to write where a number was written with a decimal comma; empty where it was not."""
     return (
         f" with a decimal point, as in {value.replace(',', '.')}"
