@@ -17,7 +17,7 @@ from stereo_lab.cli.course import run_progress, run_reset, run_start
 from stereo_lab.cli.instructor import run_export_nbgrader
 from stereo_lab.cli.live import run_live, run_log, run_watch
 from stereo_lab.cli.seats import run_pack, run_places, run_ready, run_unpack, run_wheels
-from stereo_lab.cli.terminal import BAD_INPUT, STOPPED, check_outputs, clear_line, flush_output
+from stereo_lab.cli.terminal import BAD_INPUT, STOPPED, check_outputs, clear_line, decimal, flush_output, seconds
 from stereo_lab.cli.train import run_train
 from stereo_lab.cli.vision import run_calibrate, run_demo, run_detect, run_render
 from stereo_lab.errors import StereoLabError
@@ -180,7 +180,7 @@ def _parser():
         run_demo,
         "Run the whole chain on a recording, beside the paper's numbers.",
         "demo bench --report demo.html",
-    )  # fmt: skip
+    )
     _add_recording(demo)
     demo.add_argument(
         "--report", metavar="FILE", default="demo.html", help="picture report to write (default: %(default)s)"
@@ -286,7 +286,7 @@ def _parser():
     record.add_argument("--right", default="1", metavar="N", help="number of the right camera, or a video file (1)")
     record.add_argument("--size", metavar="WxH", help="of the pictures, px (640x480, or that of the recording)")
     record.add_argument(
-        "--rate", type=_decimal, default=15.0, metavar="HZ", help="pairs a second (default: %(default)g)"
+        "--rate", type=decimal, default=15.0, metavar="HZ", help="pairs a second (default: %(default)g)"
     )
     record.add_argument(
         "--board", metavar="9x6",
@@ -299,7 +299,7 @@ def _parser():
         "--set", choices=("calibration", "position", "depth"), default="calibration", dest="set_name",
         help="boards, or the ball at places whose x, y and depth in mm are typed in, a line each",
     )  # fmt: skip
-    record.add_argument("--seconds", type=_seconds, metavar="S", help="end after so long")
+    record.add_argument("--seconds", type=seconds, metavar="S", help="end after so long")
     _add_json(record)
 
     check = add(
@@ -334,7 +334,7 @@ def _parser():
         "--marks", action="store_true", help="instead of a board: crosses for the table, marked with their x and depth"
     )
     board.add_argument("--sheets", type=int, metavar="N", help="of marks, one behind the other (3)")
-    board.add_argument("--from-mm", type=_decimal, metavar="MM", help="depth of the first line of marks (500)")
+    board.add_argument("--from-mm", type=decimal, metavar="MM", help="depth of the first line of marks (500)")
 
     render = add(
         "render",
@@ -375,7 +375,7 @@ def _parser():
     arm.add_argument("--keep", action="store_true", help="for register: write it into the recording")
     arm.add_argument(
         "--seconds",
-        type=_decimal,
+        type=decimal,
         default=None,
         metavar="S",
         help="for monitor: stop after so long (else Ctrl-C ends it, with exit code 0)",
@@ -398,7 +398,7 @@ def _parser():
         help="the recording that was taken with these cameras (default: the source's own; for cameras: as for demo)",
     )
     live.add_argument("--color", metavar="NAME", help="a colour, or a file that train wrote (default: the recording's)")
-    live.add_argument("--rate", type=_decimal, default=30.0, metavar="HZ", help="pairs a second (default: %(default)g)")
+    live.add_argument("--rate", type=decimal, default=30.0, metavar="HZ", help="pairs a second (default: %(default)g)")
     live.add_argument(
         "--arm", metavar="URL", help="follow the ball with this arm: virtual://arm, COM3, /dev/ttyUSB0, …"
     )
@@ -410,7 +410,7 @@ def _parser():
         "--mqtt", metavar="HOST[:PORT]", help="tell a broker; see `stereo-lab watch` (needs the extra: live)"
     )
     live.add_argument("--bench", metavar="NAME", help="what this bench is called there (default: this computer's name)")
-    live.add_argument("--seconds", type=_seconds, metavar="S", help="end after so long")
+    live.add_argument("--seconds", type=seconds, metavar="S", help="end after so long")
 
     log = add("log", run_log, "Summarise the log of a run.", "log run.jsonl --csv run.csv --plot run.png")
     log.add_argument("file", metavar="FILE")
@@ -423,7 +423,7 @@ def _parser():
         "watch 192.168.1.10",
     )  # fmt: skip
     watch.add_argument("host", metavar="HOST[:PORT]", help="the broker")
-    watch.add_argument("--seconds", type=_seconds, metavar="S", help="end after so long (else Ctrl-C ends it)")
+    watch.add_argument("--seconds", type=seconds, metavar="S", help="end after so long (else Ctrl-C ends it)")
 
     bench = add(
         "bench", run_bench, "Measure speed and accuracy beside the alternatives, on this computer.",
@@ -440,23 +440,6 @@ def _parser():
     test = add("test", run_test, "Run the tests: package and notebooks.", "test")
     test.add_argument("--all", action="store_true", help="everything that continuous integration runs")
     return parser
-
-
-def _decimal(word):
-    """A number; what is none is told in the words of the rest of the kit."""
-    from stereo_lab.common.files import with_a_point
-
-    try:
-        return float(word)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"expected a number{with_a_point(word)}, got {word}") from None
-
-
-def _seconds(word):
-    """A time that ends something."""
-    if (seconds := _decimal(word)) > 0:  # refuses NaN as well
-        return seconds
-    raise argparse.ArgumentTypeError(f"expected a number of seconds above 0, got {word}")
 
 
 def _add_recording(parser):

@@ -16,6 +16,8 @@ from stereo_lab.errors import StereoLabError
 if TYPE_CHECKING:
     from stereo_lab.recording import Board
 
+COLUMNS, ROWS, SQUARE_MM = "9", "6", "25"  # of a board of which nothing is told
+
 
 def board_of(columns: str, rows: str, options: argparse.Namespace, told_by: tuple[str, str]) -> Board:
     """A board by its counts, which ``told_by`` names, and by the options --square-mm, --charuco, --marker-mm and --dictionary.
@@ -204,7 +206,7 @@ def _board_to_record(options, begun):
     from stereo_lab.recording.bounds import CHARUCO
 
     if begun is None:
-        options.board, options.square_mm = options.board or "9x6", options.square_mm or "25"
+        options.board, options.square_mm = options.board or f"{COLUMNS}x{ROWS}", options.square_mm or SQUARE_MM
         return board_of_option(options)
     there = begun.board
     if not (options.board or options.square_mm or options.marker_mm or options.charuco):
@@ -322,16 +324,13 @@ def run_board(options: argparse.Namespace) -> int:
     if options.marks:
         board_only = "columns", "rows", "square-mm", "charuco", "marker-mm", "dictionary"
         _of_no_use(options, "of a board, and --marks prints none: leave one of them out", *board_only)
-        sheets = mark_sheets(
-            paper,
-            3 if options.sheets is None else options.sheets,
-            500.0 if options.from_mm is None else options.from_mm,
-        )
+        told = {"sheets": options.sheets, "from_mm": options.from_mm}
+        sheets = mark_sheets(paper, **{name: value for name, value in told.items() if value is not None})
         what = f"{len(sheets)} sheet(s) of marks, {paper}. Lay them one behind the other, line on line."
     else:
         _of_no_use(options, "of marks: add --marks, or leave it out", "sheets", "from-mm")
-        options.square_mm = options.square_mm or "25"
-        board = board_of(options.columns or "9", options.rows or "6", options, ("--columns", "--rows"))
+        options.square_mm = options.square_mm or SQUARE_MM
+        board = board_of(options.columns or COLUMNS, options.rows or ROWS, options, ("--columns", "--rows"))
         sheets, what = [board_sheet(board, paper)], f"{board}, squares of {board.square_mm:g} mm, {paper}."
     write_whole(options.out, sheets_pdf(sheets))
     print(f"{options.out}: {what}")

@@ -242,11 +242,8 @@ def finite_number(value: Any, where: str) -> float:
 
 def with_a_point(value: Any) -> str:
     """What to write where a number was written with a decimal comma; empty where it was not."""
-    return (
-        f" with a decimal point, as in {value.replace(',', '.')}"
-        if re.fullmatch(r"\s*[+-]?\d+,\d+\s*", str(value))
-        else ""
-    )
+    comma = re.fullmatch(r"\s*[+-]?\d+,\d+\s*", str(value))
+    return f" with a decimal point, as in {value.replace(',', '.')}" if comma else ""
 
 
 def user_folder() -> Path:

@@ -18,7 +18,8 @@ PRIOR = 0.1  # a ball covers a few hundredths of a picture; its rarer tints coun
 MOST_PIXELS, ROUNDS, RIDGE = 20_000, 12, 1.0
 # Of the pixels of a colour's name: how colourful half of them are is not at all, what a tenth exceeds is fully the ball's
 COLORFUL_PARTS = 0.5, 0.9
-EVERY, FEW, MOST = 2, 20, "most colourful "  # so manieth pixels are looked at; at least so many; before the name
+EVERY, FEW = 2, 20  # so manieth pixel is looked at; fewer of the colour tell nothing
+MOST = "most colourful "  # stands before the colour's name
 
 
 def surest(images: Sequence[np.ndarray], color: BallColor) -> tuple[tuple[int, float, float, float], ...]:
