@@ -84,6 +84,12 @@ def test_every_figure_is_described_in_words(path):
     for cell, after in zip(cells, [*cells[1:], None], strict=True):
         if cell["cell_type"] == "code" and any("image/png" in o.get("data", {}) for o in cell["outputs"]):
             assert after is not None and source(after).startswith("*Figure: "), source(cell)
+        if cell["cell_type"] == "code" and any(shows_a_panel(o) for o in cell["outputs"]):
+            assert after is not None and source(after).startswith(("*Figure: ", "*Panel: ")), source(cell)
+
+
+def shows_a_panel(output):
+    return "".join(output.get("data", {}).get("text/plain", "")).startswith("panel: ")
 
 
 @every_notebook
