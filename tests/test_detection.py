@@ -16,8 +16,9 @@ from stereo_lab.detection import BALL, HUES, BallColor, BallDetector, Detection,
 from stereo_lab.detection.detector import CERTAIN, FADES, SMEARED, unsure
 from stereo_lab.detection.learning import MOST, most_colorful
 from stereo_lab.detection.outline import ANGLE, RAYS, Look
+from stereo_lab.detection.sizes import Sizes
 from stereo_lab.detection.training import weights_of
-from stereo_lab.detection.weights import FILE, SHIPPED
+from stereo_lab.detection.weights import FILE, SHIPPED, speaks
 from stereo_lab.errors import StereoLabError
 from stereo_lab.recording import open_recording, read_image
 from stereo_lab.results.evaluation import is_hit, reliability
@@ -449,7 +450,7 @@ def test_every_piece_of_evidence_has_its_weight():
     thing = BallDetector("red", "cone", CAMERA).things(image)[0]
     assert len(thing.evidence) == len(judge.EVIDENCE) == len(SHIPPED.weight) and 8 <= len(judge.EVIDENCE) <= 15
     assert np.isfinite(thing.evidence).all() and thing.logit == SHIPPED.logit(thing.evidence)
-    said = judge.speaks(thing.evidence)
+    said = speaks(thing.evidence)
     assert tuple(said) == ("to begin with", *judge.EVIDENCE)
     assert sum(said.values()) == pytest.approx(thing.logit)
 
@@ -656,6 +657,53 @@ def test_a_ball_of_one_single_hue_is_learned_as_that_hue():
     color = BallColor.from_samples([image], [(30, 12, 8)])
     assert [(low[0], high[0]) for low, high in color.ranges] == [(0, 0), (180, 180)]
     assert (color.mask(image) > 0).sum() == 30 * 60
+
+
+def test_what_marks_tell_of_sizes():
+    """Student's t: of two marks it is Cauchy's, of very many the normal one."""
+    picture = np.zeros((480, 640, 3), np.uint8)
+    none, two = (Sizes.of([picture] * n, [(0, 0, 20)] * n) for n in (1, 2))
+    assert none.logit(0.9) == Sizes().logit(1e-3) == 0.0
+    assert two.logit(20 / 640) == 0.0 and two.logit(40 / 640) == pytest.approx(two.logit(10 / 640))
+    off = math.log(2) / (0.5 * math.sqrt(1.5))
+    assert two.logit(40 / 640) == pytest.approx(-math.log(1 + off**2))
+    radii = 20 * np.exp(np.random.default_rng(0).normal(0, 0.8, 4000))
+    many = Sizes.of([picture] * len(radii), [(0, 0, r) for r in radii])
+    off = (math.log(80 / 640) - np.log(radii / 640).mean()) / np.log(radii).std(ddof=1)
+    assert many.logit(80 / 640) == pytest.approx(-(off**2) / 2, rel=0.01)
+    large = Sizes.of([np.zeros((960, 1280, 3), np.uint8)] * 2, [(0, 0, 40)] * 2)
+    assert large == two  # the same ball in a picture twice as large
+
+
+def test_a_thing_of_another_size_than_the_marked_balls_is_less_probable():
+    """By a colour's name any size is as good; a marked ball that is seen twice as small loses little, ten times as large nearly all."""
+    near = [draw_ball((x, 0, 800)) for x in (-80, 0, 80, 150)]
+    circles = [BallDetector("red", "cone", CAMERA).detect(image) for image, _ in near]
+    color = BallColor.from_samples([image for image, _ in near], [(b.u, b.v, b.radius_px) for b in circles])
+    any_size = replace(color, sizes=Sizes())
+    lost = {}
+    for depth in (800, 1600, 80):
+        image = draw_ball((0, 0, depth))[0]
+        weighed = [BallDetector(c, "cone", CAMERA).weighed(image, everything=True)[0][1] for c in (any_size, color)]
+        lost[depth] = weighed[0] - weighed[1]
+    assert 0 <= lost[800] < 0.1 < lost[1600] < 1.5 < 3 < lost[80]
+
+
+@pytest.mark.slow
+def test_real_balls_learned_from_four_and_painted_out(real_pictures):
+    """In hard light, before paper of nearly the ball's colour: where the ball is painted out, hardly any answer."""
+    folder = real_pictures / "orange_ball"
+    rows = [row for _, row in read_table(folder / "labels.csv", ("file", "u", "v", "radius_px"))]
+    shots = [(read_image(folder / r["file"]), tuple(float(r[k]) for k in ("u", "v", "radius_px"))) for r in rows]
+    hits, answered, of = 0, 0, 0
+    for draw in range(4):
+        marked = np.random.default_rng(draw).choice(len(shots), 4, replace=False)
+        detector = BallDetector(BallColor.from_samples(*zip(*(shots[k] for k in marked), strict=True)))
+        for image, (u, v, r) in (shot for k, shot in enumerate(shots) if k not in marked):
+            hits, of = hits + is_hit(detector.detect(image), (u, v, r)), of + 1
+            mask = cv2.circle(np.zeros(image.shape[:2], np.uint8), (round(u), round(v)), round(1.25 * r) + 3, 255, -1)
+            answered += detector.detect(cv2.inpaint(image, mask, 5, cv2.INPAINT_TELEA)) is not None
+    assert hits >= 0.85 * of and answered <= 0.06 * of  # one in eight, where sizes tell nothing
 
 
 def test_a_learned_colour_is_the_one_written_down(bench):

@@ -219,7 +219,11 @@ def _parser():
         default="red",
         help="red, orange, yellow, green, blue, or a file that train wrote (default: %(default)s)",
     )
-    colors.add_argument("--color-from", metavar="CSV", help="learn the colour from marked balls: file,u,v,radius_px")
+    colors.add_argument(
+        "--color-from",
+        metavar="CSV",
+        help="learn the colour from balls that you marked, near and far: file,u,v,radius_px",
+    )
     detect.add_argument("--method", choices=("paper", "cone"), default="cone")
     _add_json(detect)
 

@@ -9,6 +9,7 @@ from functools import cache, cached_property
 import cv2
 import numpy as np
 
+from stereo_lab.detection.sizes import Sizes
 from stereo_lab.detection.weights import SHIPPED, Weights
 from stereo_lab.errors import StereoLabError
 
@@ -47,6 +48,7 @@ class BallColor:
     table : ndarray, shape (32, 32, 32), uint8, indexed by B, G, R divided by 8
     marks : tuple of (number of the picture, u, v, radius_px), of a colour that marked itself
     weights : Weights, by which a thing of this colour is judged
+    sizes : Sizes, how large the marked balls looked; from a name any size is as good
     """
 
     name: str
@@ -54,6 +56,7 @@ class BallColor:
     table: np.ndarray = field(repr=False)
     marks: tuple[tuple[int, float, float, float], ...] = ()
     weights: Weights = field(default=SHIPPED, repr=False)
+    sizes: Sizes = field(default=Sizes(), repr=False)
 
     @classmethod
     def named(cls, name: str) -> BallColor:
@@ -82,7 +85,8 @@ class BallColor:
     def from_samples(cls, images: Sequence[np.ndarray], circles: Sequence[Sequence[float]]) -> BallColor:
         """Learn a colour from a few pictures in which the ball is marked.
 
-        The table tells, for every colour, which share of the pixels of that colour lies on a ball.
+        The table tells, for every colour, which share of the pixels of that colour lies on a ball. Where two or more are marked,
+        their sizes count, too: mark it as near and as far as it will be.
 
         Parameters
         ----------
@@ -97,7 +101,8 @@ class BallColor:
         from stereo_lab.detection import learning
 
         ball, rest = learning.pixels_of(images, circles)
-        return cls("learned", learning.hls_ranges(ball), learning.table_from_pixels(ball, rest))
+        table = learning.table_from_pixels(ball, rest)
+        return cls("learned", learning.hls_ranges(ball), table, sizes=Sizes.of(images, circles))
 
     @classmethod
     def learned(cls, images: Sequence[np.ndarray], name: str) -> BallColor:

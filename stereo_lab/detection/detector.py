@@ -142,7 +142,7 @@ class BallDetector:
         for u, v, r in where.patches(like, where.SURELY, least / step)[:GLANCES]:
             cone = self._quick(image, (u * step, v * step, r * step), "ball")
             if cone is not None and _of_the_patch(cone, r, step):
-                seen.append(judge(cone, colored, self.color.weights))
+                seen.append(judge(cone, colored))
                 if sureness(seen) >= SURE and not everything:
                     return seen
         step = max(1, round(least / LONG_STEP))
@@ -162,7 +162,7 @@ class BallDetector:
             circle = tuple(step * p for p in place)
             if all(_apart(circle, t.cone.circle) >= 0.1 * t.cone.outline_px for t in found):
                 cone = self._measure(image, circle)
-                found += [] if cone is None else [judge(cone, colored, self.color.weights)]
+                found += [] if cone is None else [judge(cone, colored)]
         return found
 
     def _follow(self, image, near):
@@ -182,7 +182,7 @@ class BallDetector:
         if cone.on >= (BLURRED if cone.smeared else CERTAIN) and near.score * FADES > ASKED:
             return _detection(cone, near.score * FADES), True
         belief = min(MOST_BELIEF, max(1 - MOST_BELIEF, near.score))
-        evidence = judge(cone, np.pi * patch[2] ** 2, self.color.weights).logit
+        evidence = judge(cone, np.pi * patch[2] ** 2).logit
         logit = KEPT * math.log(belief / (1 - belief)) + (1 - KEPT) * evidence
         return (None, False) if logit < 0 else (_detection(cone, _probability(logit)), evidence >= 0)
 

@@ -18,7 +18,7 @@ import numpy as np
 from stereo_lab.detection.cone import ON, ON_PX, Cone
 from stereo_lab.detection.model import Circle
 from stereo_lab.detection.outline import ANGLE, EACH, RAYS, RING
-from stereo_lab.detection.weights import SHIPPED, Weights
+from stereo_lab.detection.weights import SHIPPED
 
 PERHAPS = 60  # likeness, of 255: may be the ball's colour
 OUTSIDE = 110  # mean likeness of a ray beyond the rim: the ball's colour goes on there
@@ -47,20 +47,11 @@ class Thing(NamedTuple):
     logit: float
 
 
-def judge(cone: Cone, colored_px: float, weights: Weights = SHIPPED) -> Thing:
+def judge(cone: Cone, colored_px: float) -> Thing:
     """The thing, its evidence taken and weighed; ``colored_px``: pixels of the ball's colour where it was looked for."""
     evidence = evidence_of(cone, colored_px)
-    return Thing(cone, evidence, weights.logit(evidence))
-
-
-def speaks(evidence: np.ndarray, weights: Weights = SHIPPED) -> dict[str, float]:
-    """What each piece of evidence adds to the sum, what it has together with others shared between them. Above zero: for a ball.
-
-    Before any evidence a thing is more probably none: that comes first, "to begin with". All together are the logit.
-    """
-    z = weights.spreads_off(evidence)
-    parts = zip(weights.names, z * (weights.weight + weights.together @ z), strict=True)
-    return {"to begin with": weights.constant} | dict(parts)
+    color, size = cone.look.color, cone.outline_px / cone.look.width
+    return Thing(cone, evidence, color.weights.logit(evidence) + color.sizes.logit(size))
 
 
 def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
@@ -75,9 +66,9 @@ def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
     egg's or a box's does; astray: how far from the rim the colour ends on average. Shade: how much lighter one side
     is; a printed disc is even, but so is a ball in even light. Dark: by what part the darkest tenth of it is darker
     than half of it; a ball has no seams and no shadows. Unique: the part of all pixels of this colour that it has.
-    Size is no evidence: how large a ball looks tells of the camera that took the pictures. Nor is how sharp its rim
-    is: in the logarithms of astray and beyond a tenth and a twentieth of a radius are added, so that less tells
-    little.
+    Size is none of these: how large a ball looks tells of the camera that took the pictures. (Where the ball was marked in
+    them, its size counts beside these: Sizes.) Nor is how sharp its rim is: in the logarithms of astray and beyond a tenth
+    and a twentieth of a radius are added, so that less tells little.
     """
     look, r = cone.look, cone.outline_px
     rim = cone.off - cone.gap  # how far beyond the look's circle the cone lies on each ray

@@ -60,11 +60,11 @@ class Look:
     """The picture along rays from a centre, across a circle; they reach ``share`` radii to both sides of it.
 
     ``off``, shape (SAMPLES,): how far beyond the circle each place of a ray lies, px. ``seen``, shape (RAYS,): whether a
-    ray crosses the circle inside the picture.
+    ray crosses the circle inside the picture. ``width``: of the whole picture, px.
     """
 
     def __init__(self, image: np.ndarray, color: BallColor, camera: Camera, circle: Circle, share: float) -> None:
-        self.color, self.camera, self.share = color, camera, share
+        self.color, self.camera, self.share, self.width = color, camera, share, image.shape[1]
         self.u, self.v, self.r = u, v, r = circle
         self.band = band = share * max(r, LEAST_BAND_PX)
         reach = r + band + 2

@@ -6,7 +6,7 @@ import base64
 import json
 import zlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from stereo_lab.detection.detector import BallDetector
 from stereo_lab.detection.judge import EVIDENCE, SAME, distinct
 from stereo_lab.detection.marked import all_alike, learn, look, unseen
 from stereo_lab.detection.model import Camera, Circle, check_image
+from stereo_lab.detection.sizes import Sizes
 from stereo_lab.detection.weights import SHIPPED, Weights
 from stereo_lab.errors import StereoLabError
 
@@ -74,7 +75,8 @@ class OwnBall(BallColor):
         _check_enough(len(marked), len(circles) - len(marked))
         shown = marked[:: max(1, 2 * len(marked) // min(2 * COLOR_MARKS, len(marked)))][:COLOR_MARKS]
         if color is None:
-            color = BallColor.from_samples([images[k] for k in shown], [circles[k] or () for k in shown])
+            learned = BallColor.from_samples([images[k] for k in shown], [circles[k] or () for k in shown])
+            color = replace(learned, sizes=Sizes())  # own weights are learned without them
         else:
             color, shown = BallColor.named(color) if isinstance(color, str) else color, []
         detector, frames = BallDetector(color, camera=camera), []
@@ -91,7 +93,7 @@ class OwnBall(BallColor):
         }  # fmt: skip
         told = {**judged._asdict(), "pictures_alike": all_alike(images)}
         weights = learn([frames[k] for k in kept], start)
-        return cls("own", color.ranges, color.table, (), weights, trained_on, told)
+        return cls("own", color.ranges, color.table, weights=weights, trained_on=trained_on, unseen=told)
 
     def save(self, path: str | Path) -> None:
         """Write it as JSON that people can read; only the colour's table is packed."""
@@ -120,7 +122,7 @@ class OwnBall(BallColor):
                 raise StereoLabError("its evidence is that of another version")
             trained_on, judged = dict(facts["trained_on"]), dict(facts["unseen"])
             ranges, table = _color_from(facts["color"])
-            return cls("own", ranges, table, (), weights, trained_on, judged)
+            return cls("own", ranges, table, weights=weights, trained_on=trained_on, unseen=judged)
         except (StereoLabError, KeyError, TypeError, ValueError, OverflowError, zlib.error) as error:
             why = f"{error} is missing" if isinstance(error, KeyError) else error
             raise StereoLabError(

@@ -81,3 +81,13 @@ class Weights:
 
 
 SHIPPED = Weights.of(json.loads(FILE.read_text(encoding="utf-8")))
+
+
+def speaks(evidence: np.ndarray, weights: Weights = SHIPPED) -> dict[str, float]:
+    """What each piece of evidence adds to the sum, what it has together with others shared between them. Above zero: for a ball.
+
+    Before any evidence a thing is more probably none: that comes first, "to begin with". All together are the logit.
+    """
+    z = weights.spreads_off(evidence)
+    parts = zip(weights.names, z * (weights.weight + weights.together @ z), strict=True)
+    return {"to begin with": weights.constant} | dict(parts)
