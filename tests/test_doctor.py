@@ -12,13 +12,15 @@ from rigs import BOARD, bent_board, hold, known_rig, turned
 
 from conftest import slow_after_first
 from stereo_lab import cli
+from stereo_lab.calibration import calibrate_recording
 from stereo_lab.doctor import FAULTS, admit, check_recording, healthy, spoil
 from stereo_lab.doctor.boards import Boards
 from stereo_lab.doctor.findings import COSTS, NOTE, STOPS, Checkup, Finding, in_order, severity_of
 from stereo_lab.doctor.numbers import likeliest_table, place, slip_of
 from stereo_lab.doctor.pairing import mend_pairs
-from stereo_lab.errors import RecordingError
+from stereo_lab.errors import RecordingError, StereoLabError
 from stereo_lab.exercises.lesson08 import _with_a_digit
+from stereo_lab.localization import Localizer
 from stereo_lab.recording import import_images, open_recording
 from stereo_lab.recording.sample import Board
 
@@ -496,6 +498,33 @@ def test_squares_and_tables_in_one_wrong_unit_are_not_the_balls_fault(third_rig,
     path.write_text(json.dumps(facts))
     finding = check_recording(open_recording(spoilt.path)).findings[0]
     assert finding.name == "square_unit" and "in centimetres, and the measured places as well" in finding.says
+
+
+@pytest.mark.parametrize(
+    "times, so",
+    [
+        (10, "square_mm is in tenths of a millimetre"),
+        (0.1, "square_mm is in centimetres"),
+        (3.936, "the squares are 2"),
+        (1 / 25.4, "square_mm is in inches"),
+    ],
+)
+def test_squares_many_times_too_large_or_too_small_are_the_one_thing_to_mend(bench, tmp_path, times, so):
+    """All lengths of the cameras are wrong then; what the boards lack in millimetres is not told."""
+    spoilt = spoil(bench, tmp_path / "mine", [])
+    path = spoilt.path / "recording.json"
+    facts = json.loads(path.read_text())
+    facts["board"]["square_mm"] *= times
+    path.write_text(json.dumps(facts))
+    spoilt = open_recording(spoilt.path)
+    findings = check_recording(spoilt).findings
+    assert findings[0].name == "square_unit" and so in findings[0].says
+    assert {finding.name for finding in findings[1:]} <= {"corners_wrong"}
+    unusual = any("Is square_mm in" in reason for reason in calibrate_recording(spoilt).reasons)
+    assert unusual == (times != 3.936)  # half a metre between the cameras may be
+    if times == 10:
+        with pytest.raises(StereoLabError, match="square_mm of the board"):
+            Localizer.fit(spoilt)
 
 
 def test_one_cameras_pictures_on_both_sides_are_called_that(bench, tmp_path):

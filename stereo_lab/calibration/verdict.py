@@ -9,7 +9,7 @@ import numpy as np
 from stereo_lab.calibration.advice import depth_map, where_to_hold
 from stereo_lab.calibration.cameras import StereoCalibration
 from stereo_lab.recording import Board
-from stereo_lab.recording.bounds import SQUARES_MM, unit_of_squares
+from stereo_lab.recording.bounds import PLAUSIBLE_BASELINE_MM, SQUARES_MM, told_mm, unit_of_squares
 
 GOOD = 0.005  # of the distance: sigma of depth in nine tenths of the field,
 USABLE = 0.01  # or in half of it
@@ -75,16 +75,23 @@ def _doubts(calibration: StereoCalibration, board: Board) -> Iterator[tuple[int,
 
 def _unit_doubts(calibration, board):
     """A square size in another unit than millimetres shows in the distance between the cameras."""
-    low, high = POSSIBLE_BASELINE_MM
-    square_low, square_high = SQUARES_MM
     baseline, square = calibration.baseline_mm, board.square_mm
-    if low <= baseline <= high and square_low <= square <= square_high:
-        return
-    said = f"With squares of {square:g} mm the cameras would stand {baseline:.3g} mm apart, which cannot be."
+    is_square, usual, possible = (
+        low <= length <= high
+        for length, (low, high) in (
+            (square, SQUARES_MM),
+            (baseline, PLAUSIBLE_BASELINE_MM),
+            (baseline, POSSIBLE_BASELINE_MM),
+        )
+    )
     unit = unit_of_squares(baseline, square)
+    if is_square and (usual or possible and unit is None):
+        return
+    worse, how = (0, "which is unusual") if is_square and possible else (2, "which cannot be")
+    said = f"With squares of {square:g} mm the cameras would stand {told_mm(baseline)} mm apart, {how}."
     if unit is None:
-        yield 2, f"{said} Measure a square with a ruler, in millimetres."
+        yield worse, f"{said} Measure a square with a ruler, in millimetres."
     else:
         factor, name = unit
         then = f"Then it is {square * factor:g} mm and they stand {baseline * factor:.0f} mm apart."
-        yield 2, f"{said} Is square_mm in {name}? {then}"
+        yield worse, f"{said} Is square_mm in {name}? {then}"

@@ -261,4 +261,7 @@ def _look_at_balls(recording, cameras, clean, findings, say):
         findings.append(Finding(told.mirror, says, ADVICE[told.mirror], severity=STOPS))
     if any(f.name in ("square_unit", "square_scale") for f in told.findings):
         findings = [f for f in findings if f.name != "square_unit"]  # the balls tell it more exactly
-    return [*findings, *told.findings]
+    findings = [*findings, *told.findings]
+    if any(f.name == "square_unit" for f in findings):
+        return [f for f in findings if f.name not in LACKS | {"board_bent"}]  # judged in millimetres that are none
+    return findings

@@ -18,7 +18,7 @@ from stereo_lab.doctor.since import moved_up_or_down, turned_since
 from stereo_lab.localization.matching import SIZE
 from stereo_lab.position import kabsch
 from stereo_lab.recording import Recording, Sample
-from stereo_lab.recording.bounds import PLAUSIBLE_BASELINE_MM, UNIT_NAMES
+from stereo_lab.recording.bounds import PLAUSIBLE_BASELINE_MM, UNIT_NAMES, told_mm
 
 SETS = "position", "depth"
 UNFIT = 1.5  # in lines' worth a line: half of what they cost if none of them fitted
@@ -136,8 +136,11 @@ def _numbers(recording, calibration, seen, points, deep, clean, findings, swappe
 def _squares_or_table(best, by_ball, points, table, deep):
     """Another unit: of the squares where the ball's size is as wrong, of the table where it is right."""
     ball_off = abs(np.log(by_ball)) > TWICE
-    if best.name == "unit" and ball_off:
-        return replace(best, name="scale", table=table, placed=place(points, table, deep, free_scale=True))
+    if best.name in ("unit", "scale") and ball_off:
+        placed = place(points, table, deep, free_scale=True)
+        if abs(np.log(placed.scale)) > TWICE:  # the cameras' millimetres are none; the ruler's are
+            placed = replace(place(placed.scale * points, table, deep), scale=placed.scale)
+        return replace(best, name="scale", table=table, placed=placed)
     if best.name == "scale" and not ball_off and abs(np.log(best.placed.scale)) > TWICE:
         unit = min(UNITS, key=lambda unit: abs(np.log(best.placed.scale * UNITS[unit])))
         mended = table * UNITS[unit]
@@ -181,9 +184,11 @@ def _scales(recording, calibration, by_ball, ball_sigma, by_ruler, sigma, best):
         if is_plausible and not ball_off:
             return []  # the ruler's unit: said of the table
         unit = _nearest_unit(by_ruler)
+        is_unit = abs(np.log(by_ruler / unit)) < np.log1p(SIZE_PART)
+        so = f"square_mm is in {UNIT_NAMES[unit]}" if is_unit else f"the squares are {square * by_ruler:.1f} mm wide"
         says = (
-            f"With squares of {square:g} mm the cameras stand {baseline:.3g} mm apart, and all measured places are "
-            f"{by_ruler:.3g} times as far from each other as the cameras tell: square_mm is in {UNIT_NAMES[unit]}."
+            f"With squares of {square:g} mm the cameras stand {told_mm(baseline)} mm apart, and all measured places are "
+            f"{by_ruler:.3g} times as far from each other as the cameras tell: {so}."
         )
         return [Finding("square_unit", says, ADVICE["square_unit"], (), abs(1 - 1 / by_ruler) * calibration.depth_mm)]
     if ruler_off and best.name in ("as_is", "scale"):
@@ -198,7 +203,7 @@ def _scales(recording, calibration, by_ball, ball_sigma, by_ruler, sigma, best):
     unit = _nearest_unit(by_ball)
     if ball_off and abs(np.log(by_ball / unit)) < np.log1p(SIZE_PART) and not is_plausible:
         says = (
-            f"With squares of {square:g} mm the cameras stand {baseline:.3g} mm apart, and the ball looks "
+            f"With squares of {square:g} mm the cameras stand {told_mm(baseline)} mm apart, and the ball looks "
             f"{recording.ball.diameter_mm / by_ball:.1f} mm wide: square_mm is in {UNIT_NAMES[unit]}, and the measured places as well."
         )
         return [Finding("square_unit", says, ADVICE["square_unit"], (), abs(1 - 1 / by_ball) * calibration.depth_mm)]

@@ -18,7 +18,8 @@ def check_enough(found: Sized, missed: Sequence[str], least: int, recording: Rec
             f"The {color.name} ball was found in {len(found)} of {len(found) + len(missed)} measured pairs; "
             f"{least} are needed (missed: {', '.join(missed)}). "
             + (
-                f"Check ball color and diameter_mm in {recording.path / 'recording.json'}."
+                f"Check the ball's color and diameter_mm, and square_mm of the board, in {recording.path / 'recording.json'}; "
+                f"stereo-lab check {recording.path} says more."
                 if color.name == recording.ball.color
                 else f"By its recording.json the ball is {recording.ball.color}: is it the one that was asked for?"
             )

@@ -35,6 +35,11 @@ def unit_of_squares(baseline_mm: float, square_mm: float) -> tuple[float, str] |
     return None
 
 
+def told_mm(length: float) -> str:
+    """A length of any size, in mm, as a sentence tells it: 0.121, 12.1, 1205."""
+    return f"{length:.0f}" if length >= 100 else f"{length:.3g}"
+
+
 def number_in(value: Any, where: str, low: float, high: float, unit: str = "") -> float:
     """A float from ``low`` to ``high``, both included.
 
