@@ -16,9 +16,8 @@ from stereo_lab.detection import BALL, HUES, BallColor, BallDetector, Detection,
 from stereo_lab.detection.detector import CERTAIN, FADES, SMEARED, unsure
 from stereo_lab.detection.learning import MOST, most_colorful
 from stereo_lab.detection.outline import ANGLE, RAYS, Look
-from stereo_lab.detection.sizes import Sizes
 from stereo_lab.detection.training import weights_of
-from stereo_lab.detection.weights import FILE, SHIPPED, speaks
+from stereo_lab.detection.weights import FILE, SHIPPED, Sizes, speaks
 from stereo_lab.errors import StereoLabError
 from stereo_lab.recording import open_recording, read_image
 from stereo_lab.results.evaluation import is_hit, reliability

@@ -9,8 +9,7 @@ from functools import cache, cached_property
 import cv2
 import numpy as np
 
-from stereo_lab.detection.sizes import Sizes
-from stereo_lab.detection.weights import SHIPPED, Weights
+from stereo_lab.detection.weights import SHIPPED, Sizes, Weights
 from stereo_lab.errors import StereoLabError
 
 # The colour table has BINS steps a channel. A chroma, greatest − least channel, of one STEP may be rounding and noise; one of two

@@ -18,8 +18,7 @@ from stereo_lab.detection.detector import BallDetector
 from stereo_lab.detection.judge import EVIDENCE, SAME, distinct
 from stereo_lab.detection.marked import all_alike, learn, look, unseen
 from stereo_lab.detection.model import Camera, Circle, check_image
-from stereo_lab.detection.sizes import Sizes
-from stereo_lab.detection.weights import SHIPPED, Weights
+from stereo_lab.detection.weights import SHIPPED, Sizes, Weights
 from stereo_lab.errors import StereoLabError
 
 FORMAT = "stereo_lab ball 1"

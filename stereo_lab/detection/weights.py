@@ -1,17 +1,23 @@
-"""What a judge has learned: a table of numbers, in a file that people can read. The shipped one comes from ``data/train``."""
+"""What a judge has learned: a table of numbers, in a file that people can read, and how large marked balls look.
+
+The shipped table comes from ``data/train``.
+"""
 
 from __future__ import annotations
 
 import json
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from stereo_lab.errors import StereoLabError
 
 MOST = 2.5  # spreads off its mean that a piece of evidence may count
+NEARER = 0.5  # in logarithms: a ball may come nearer or go farther than the marks tell by so much at least, 1.6 times
 FILE = Path(__file__).parent / "weights.json"
 
 
@@ -78,6 +84,31 @@ class Weights:
         if not (rows[:, 1] > 0).all():
             raise StereoLabError("a spread in its table of weights is not above zero")
         return cls(names, rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3:], constant, told)
+
+
+class Sizes(NamedTuple):
+    """Of the logarithm of the radius, in picture widths: its middle, its spread, and how many marks more than one told them."""
+
+    middle: float = 0.0
+    spread: float = 1.0
+    freedom: int = 0
+
+    @classmethod
+    def of(cls, images: Sequence[np.ndarray], circles: Sequence[Sequence[float]]) -> Sizes:
+        """As marks tell them: (u, v, radius) px in each picture."""
+        sizes = np.log([circle[2] / np.shape(image)[1] for image, circle in zip(images, circles, strict=True)])
+        spread = max(NEARER, float(sizes.std(ddof=1))) if len(sizes) > 1 else NEARER
+        return cls(float(sizes.mean()), spread * math.sqrt(1 + 1 / len(sizes)), len(sizes) - 1)
+
+    def logit(self, radius: float) -> float:
+        """How much a size, in picture widths, speaks against a ball: 0 in the middle, below 0 the farther from it.
+
+        By Student's t, which is what a few marks tell of the next one. Fewer than two tell nothing: always 0.
+        """
+        if not self.freedom:
+            return 0.0
+        off = (math.log(radius) - self.middle) / self.spread
+        return -(self.freedom + 1) / 2 * math.log1p(off * off / self.freedom)
 
 
 SHIPPED = Weights.of(json.loads(FILE.read_text(encoding="utf-8")))
