@@ -710,6 +710,7 @@ def test_one_point_alone_and_none_at_all(bench_calibration):
         (["board", "b.pdf", "--marker-mm", "15"], "--marker-mm is of a ChArUco board: add --charuco"),
         (["record", "mine", "--dictionary", "DICT_5X5_50"], "--dictionary is of a ChArUco board"),
         (["board", "b.pdf", "--sheets", "2"], "--sheets is of marks: add --marks"),
+        (["board", "b.pdf", "--sheets", "0"], "--sheets is of marks: add --marks"),
         (["board", "b.pdf", "--marks", "--columns", "8"], "--columns is of a board, and --marks prints none"),
         (["calibrate", "bench", "--json", "numbers.txt"], "--json: expected a name that ends in .json, got numbers.txt"),
         (["check", "bench", "--report", "bench.json"], "--report: expected a name that ends in .html or .htm"),

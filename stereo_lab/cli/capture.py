@@ -53,7 +53,8 @@ def board_of(columns: str, rows: str, options: argparse.Namespace, told_by: tupl
 def _of_no_use(options, why, *names):
     """Refuse options that would do nothing beside the others."""
     for name in names:
-        if getattr(options, name.replace("-", "_")):
+        told = getattr(options, name.replace("-", "_"))
+        if told is not None and told is not False:  # 0 is told
             raise StereoLabError(f"--{name} is {why}.")
 
 
