@@ -705,6 +705,17 @@ def test_real_balls_learned_from_four_and_painted_out(real_pictures):
     assert hits >= 0.85 * of and answered <= 0.06 * of  # one in eight, where sizes tell nothing
 
 
+def test_a_room_that_nobody_looked_at_by_a_colour_learned_from_four():
+    room = open_recording(ROOT / "data" / "clutter_test")
+    shots = [(pair.left, (room.true_ball("snaps", pair.name) or {}).get("left")) for pair in room.pairs("snaps")]
+    balls, empty = ([shot for shot in shots if (shot[1] is not None) == has] for has in (True, False))
+    marked = np.random.default_rng(0).choice(len(balls), 4, replace=False)
+    detector = BallDetector(BallColor.from_samples(*zip(*(balls[k] for k in marked), strict=True)))
+    hits = [is_hit(detector.detect(image), true) for k, (image, true) in enumerate(balls) if k not in marked]
+    assert len(hits) == 66 and sum(hits) >= 59
+    assert len(empty) == 30 and sum(detector.detect(image) is not None for image, _ in empty) <= 2
+
+
 def test_a_learned_colour_is_the_one_written_down(bench):
     names = [pair for pair in bench.pairs("position")][:3]
     circles = [bench.true_ball("position", pair.name)["left"] for pair in names]
