@@ -222,6 +222,14 @@ def test_paper_rule_is_ten_times_worse_at_this_speed_and_a_fitting_zone_mends_it
     assert paper > 2 and zone < 0.6
 
 
+def test_profile_holds_its_end_though_it_learned_a_load_that_is_none():
+    """With a typical motor's numbers these two end with a voltage that turns them; the controller goes on looking, and so they stay."""
+    rng = np.random.default_rng(3)
+    motors = [Motor.random(rng) for _ in range(200)]
+    for k in (79, 167):
+        assert abs(drive(motors[k], Profile(Tuning(), 0, -90)).rest_deg + 90) < 0.2
+
+
 @pytest.mark.parametrize(("part", "bound"), [(0.0, 0.25), (0.5, 0.4), (1.0, 0.8)])
 def test_profile_stops_with_a_load_that_nobody_told_of(tunings, part, bound):
     """Lifting and letting down a part of what the motor's maker rates it for, which the rule of five degrees cannot."""

@@ -23,6 +23,7 @@ REST_TICKS = 6  # so long must the encoder stand still
 LAG_DEG = 10.0  # the plan waits for a joint that is so far behind
 KICK_V = 0.02  # what is added with every tick for a motor that is stuck
 KEPT = 0.5  # of what a kick had to add is a load
+AFTER_S = 2.0  # so long after the end of a move one looks where the joint is
 MOST_LOAD_V = 2.0  # a load that needs more than so many volts is not held
 
 
@@ -76,6 +77,7 @@ class Rule(Protocol):
     Attributes
     ----------
     done : bool, whether the joint is at its goal and at rest
+    holds : bool, optional; whether it goes on holding the joint there, or leaves it to the brake
     """
 
     done: bool
@@ -212,6 +214,8 @@ class Profile:
     kick_v : float, what the kick under way has added
     """
 
+    holds = True
+
     def __init__(
         self,
         tuning: Tuning,
@@ -300,7 +304,7 @@ class Run:
     Attributes
     ----------
     time_s, position_deg, speed_deg_s, measured_deg, volts : ndarray, equally long
-    rest_deg : float, where it stands two seconds after its rule was done, or was given up and braked
+    rest_deg : float, where it is two seconds after its rule was done, or was given up and braked
     arrived_s : float, when the rule was done
     """
 
@@ -344,12 +348,9 @@ def drive(
     position, speed = degree / 2, 0.0  # in the middle of a count
     seen, count, owed, rows = 0, 0, 0.0, []
     steps = 1 if looks_per_s is None else max(1, round(looks_per_s * TICK_S))
-    for tick in range(round(longest_s / TICK_S)):
-        measured = count * degree
-        volts = rule.volts(measured)
-        rows.append((tick * TICK_S, position - degree / 2, speed, measured, volts))
-        if rule.done:
-            break
+
+    def turn(volts):
+        nonlocal position, speed, owed, count, seen
         for _ in range(steps):
             position, speed = advance(motor, position, speed, volts, TICK_S / steps, load_nm)
             owed += 1.0 if looks_per_s is None else looks_per_s * TICK_S / steps
@@ -359,6 +360,22 @@ def drive(
                     edges = encoder_count(motor, position)
                     count = edges if looks_per_s is None else count + (0, 1, 0, -1)[(edges - seen) % 4]
                     seen = edges
-    position, _ = advance(motor, position, speed, volts if rule.done else 0.0, 2.0, load_nm)
+
+    for tick in range(round(longest_s / TICK_S)):
+        measured = count * degree
+        volts = rule.volts(measured)
+        rows.append((tick * TICK_S, position - degree / 2, speed, measured, volts))
+        if rule.done:
+            break
+        turn(volts)
+    if rule.done and getattr(rule, "holds", False):
+        for _ in range(round(AFTER_S / TICK_S)):
+            before = position
+            turn(volts)
+            if position == before and speed == 0.0:
+                break  # friction holds it, and nothing changes any more
+            volts = rule.volts(count * degree)
+    else:
+        position, _ = advance(motor, position, speed, volts if rule.done else 0.0, AFTER_S, load_nm)
     columns = (np.array(column) for column in zip(*rows, strict=True))
     return Run(*columns, position - degree / 2, rows[-1][0])  # type: ignore[call-arg, arg-type]  # five columns

@@ -118,14 +118,15 @@ def stopping_errors(ways: Sequence[tuple[str, ArrayLike]], title: str, ax: Axes 
 
     Parameters
     ----------
-    ways : list of (label, errors in degrees)
+    ways : list of (label, errors in degrees); where labels are alike up to a comma, their colour is
     """
     ax = ax or plt.gca()
-    for k, (_, errors) in enumerate(ways):
-        errors = np.sort(np.abs(errors))
-        color = STYLES[k % 4][0]
+    names = list(dict.fromkeys(label.split(",")[0] for label, _ in ways))
+    for k, (label, errors) in enumerate(ways):
+        errors, name = np.sort(np.abs(errors)), names.index(label.split(",")[0]) % 4
         height = k + np.linspace(-0.3, 0.3, len(errors))
-        ax.plot(np.maximum(errors, 0.01), height, ("o", "s", "^", "D")[k % 4], color=color, markersize=4, alpha=0.6)
+        marker, color = ("o", "s", "^", "D")[name], STYLES[name][0]
+        ax.plot(np.maximum(errors, 0.01), height, marker, color=color, markersize=4, alpha=0.6)
     ax.set_yticks(range(len(ways)), [label for label, _ in ways])
     ax.set_xscale("log")
     ax.xaxis.set_major_formatter(plt.matplotlib.ticker.FormatStrFormatter("%g"))
