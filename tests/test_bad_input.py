@@ -246,6 +246,32 @@ def test_circles_that_no_picture_holds(tmp_path, capsys, circle, says):
     assert says in refused(capsys, "detect", PICTURE, "--color-from", tmp_path / "balls.csv")
 
 
+def test_two_lines_are_told_as_too_few_and_not_as_lost_balls(tmp_path):
+    mine = tmp_path / "mine"
+    shutil.copytree(
+        ROOT / "data" / "bench", mine, ignore=shutil.ignore_patterns("evaluation", "track", "snaps", "still")
+    )
+    for name, lines in (("position", 1), ("depth", 2)):
+        table = mine / name / "measured.csv"
+        table.write_text("\n".join(table.read_text().splitlines()[: lines + 1]) + "\n")
+    with pytest.raises(StereoLabError, match="There are [0-9] measured pairs to fit on; [0-9] are needed"):
+        Localizer.fit(open_recording(mine), leave_out=open_recording(mine).samples("position"))
+
+
+def test_marks_that_are_beside_the_ball_are_told(tmp_path, capsys):
+    """One mark lies on the wall: its line is named; where all are good nothing is said."""
+    bench = open_recording("bench")
+    lines = []
+    for k, pair in enumerate(bench.pairs("position")[:4]):
+        u, v, r = bench.true_ball("position", pair.name)["left"]
+        lines.append(f"{pair.left_path},{u + 90 * (k == 2)},{v},{r}")
+    for rows, says in ((lines, "at 1 of 4 of them"), (lines[:2], "")):
+        (tmp_path / "balls.csv").write_text("\n".join(["file,u,v,radius_px", *rows]) + "\n")
+        assert main(["detect", str(PICTURE), "--color-from", str(tmp_path / "balls.csv")]) == 0
+        told = capsys.readouterr().err
+        assert says in told and ("line 4" in told) == bool(says)
+
+
 def test_a_colour_is_marked_or_marks_itself(tmp_path, capsys):
     assert "Choose one of the two" in refused(
         capsys, "detect", PICTURE, "--learn", "--color-from", tmp_path / "balls.csv"

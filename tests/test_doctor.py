@@ -527,6 +527,20 @@ def test_squares_many_times_too_large_or_too_small_are_the_one_thing_to_mend(ben
             Localizer.fit(spoilt)
 
 
+@pytest.mark.parametrize("factor, unit", [(10, "centimetres"), (25.4, "inches")])
+def test_a_ball_and_tables_in_another_unit_are_not_the_squares_fault(third_rig, tmp_path, factor, unit):
+    """Who has put right the squares, and not yet the rest, is not sent back."""
+    spoilt = spoil(third_rig, tmp_path / "mine", [])
+    for name in ("position", "depth"):
+        rewrite(spoilt, name, lambda t: t / factor)
+    path = spoilt.path / "recording.json"
+    facts = json.loads(path.read_text())
+    facts["ball"]["diameter_mm"] /= factor
+    path.write_text(json.dumps(facts))
+    finding = check_recording(open_recording(spoilt.path)).findings[0]
+    assert finding.name == "unit" and finding.says.endswith(f"they are in {unit}.") and "diameter_mm" in finding.advice
+
+
 def test_one_cameras_pictures_on_both_sides_are_called_that(bench, tmp_path):
     mine = tmp_path / "mine"
     for side in ("left", "right"):

@@ -174,10 +174,11 @@ def _some_frames(paths):
 def _color_from(path):
     """Learn a colour from a table file,u,v,radius_px; rows without a ball are passed over."""
     from stereo_lab.common.files import finite_number, read_table
-    from stereo_lab.detection import BallColor
+    from stereo_lab.detection import BallColor, BallDetector
     from stereo_lab.recording import read_image
+    from stereo_lab.results.evaluation import is_hit
 
-    images, circles = [], []
+    images, circles, lines = [], [], []
     for where, row in read_table(path, ("file", "u", "v", "radius_px")):
         if not (row["u"] or "").strip():
             continue
@@ -186,7 +187,17 @@ def _color_from(path):
             raise StereoLabError(f"{where}, radius_px: expected a number above zero, got {row['radius_px']!r}.")
         images.append(read_image(Path(path).parent / (row["file"] or "").strip()))
         circles.append(circle)
-    return BallColor.from_samples(images, circles)
+        lines.append(where)
+    color = BallColor.from_samples(images, circles)
+    seen = map(BallDetector(color).detect, images)
+    missed = [line for line, ball, circle in zip(lines, seen, circles, strict=True) if not is_hit(ball, circle)]
+    if missed:
+        print(
+            f"By the colour that these marks tell, no ball is found at {len(missed)} of {len(lines)} of them. Are u and v right, and is "
+            f"each line that of its own picture? {'; '.join(missed)}",
+            file=sys.stderr,
+        )
+    return color
 
 
 def run_render(options: argparse.Namespace) -> int:

@@ -49,6 +49,7 @@ ADVICE = {
     "columns_exchanged": "Put the columns of measured.csv into the order x, y, depth.",
     "sign": "x grows to the right and y upwards, as the cameras see it: turn the sign of this column round.",
     "unit": "Write measured.csv in millimetres.",
+    "ball_and_table_unit": "Write measured.csv and diameter_mm in millimetres.",
     "plane": "Measure depth from the left camera's plane in all sets.",
     "origin": "Measure x, and y, from one and the same point in all sets.",
     "table_unfit": "Look whether each line stands beside its own picture and in its own set, or measure the places again.",

@@ -28,6 +28,7 @@ FAR_OFF = 4.0  # robust sigmas of all lines, beyond which a line is wrong; three
 SCALE_SURE = 3.5  # standard deviations
 RULER_SCALE = 0.001  # to which a ruler is true
 SIZE_SURE, SIZE_PART = 4.0, 0.08  # a ball's size is told to this part of it: rims are soft
+BALLS_MM = (10.0, 400.0)  # from a marble to a gymnastics ball
 TWICE = np.log(3)  # a scale beyond three times is another unit
 TURNED = {"": [1, 1, 1], "both_mirrored": [-1, 1, 1], "both_upside_down": [-1, -1, 1]}  # how places are turned by that
 
@@ -183,6 +184,13 @@ def _scales(recording, calibration, by_ball, ball_sigma, by_ruler, sigma, best):
     if abs(np.log(by_ruler)) > TWICE and ruler_off:
         if is_plausible and not ball_off:
             return []  # the ruler's unit: said of the table
+        if is_plausible and (both := _ball_and_table_in(recording.ball.diameter_mm, by_ball, by_ruler)):
+            says = (
+                f"With squares of {square:g} mm the cameras stand {told_mm(baseline)} mm apart, as they may. But the measured places, "
+                f"and diameter_mm, are {told_mm(1 / by_ruler)} times too small: they are in {both}."
+            )
+            does = abs(1 - 1 / by_ruler) * calibration.depth_mm
+            return [Finding("unit", says, ADVICE["ball_and_table_unit"], (), does)]
         unit = _nearest_unit(by_ruler)
         is_unit = abs(np.log(by_ruler / unit)) < np.log1p(SIZE_PART)
         so = f"square_mm is in {UNIT_NAMES[unit]}" if is_unit else f"the squares are {square * by_ruler:.1f} mm wide"
@@ -214,6 +222,13 @@ def _scales(recording, calibration, by_ball, ball_sigma, by_ruler, sigma, best):
             Finding("ball_diameter", says, ADVICE["ball_diameter"], (), None if lost else 0.0, STOPS if lost else NOTE)
         ]
     return []
+
+
+def _ball_and_table_in(diameter_mm, by_ball, by_ruler):
+    """The unit in which ball and table were told, where the ball would be none in mm and is one in that unit; else nothing."""
+    unit, (low, high) = _nearest_unit(1 / by_ruler), BALLS_MM
+    is_unit = abs(np.log(by_ruler * unit)) < np.log1p(SIZE_PART)
+    return UNIT_NAMES[unit] if is_unit and not low < diameter_mm < high and low < diameter_mm / by_ball < high else ""
 
 
 def _nearest_unit(scale):

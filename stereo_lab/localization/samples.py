@@ -13,6 +13,11 @@ def check_enough(found: Sized, missed: Sequence[str], least: int, recording: Rec
     """Raise a StereoLabError that names the missed samples where fewer than ``least`` are left."""
     if len(found) + len(missed) == 0:
         raise StereoLabError(f"No measured pairs are left to fit on; {least} are needed. Leave fewer of them out.")
+    if len(found) + len(missed) < least:
+        raise StereoLabError(
+            f"There are {len(found) + len(missed)} measured pairs to fit on; {least} are needed. "
+            "Has each pair a line in measured.csv? Were too many left out?"
+        )
     if len(found) < least:
         raise StereoLabError(
             f"The {color.name} ball was found in {len(found)} of {len(found) + len(missed)} measured pairs; "
