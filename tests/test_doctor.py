@@ -527,6 +527,15 @@ def test_squares_many_times_too_large_or_too_small_are_the_one_thing_to_mend(ben
             Localizer.fit(spoilt)
 
 
+def test_pictures_without_a_line_are_named(third_rig, tmp_path):
+    spoilt = spoil(third_rig, tmp_path / "mine", [])
+    table = spoilt.path / "depth" / "measured.csv"
+    lines = table.read_text().splitlines()
+    table.write_text("\n".join([*lines[:2], *lines[4:]]) + "\n")
+    (finding,) = (f for f in check_recording(open_recording(spoilt.path)).findings if f.name == "no_line")
+    assert finding.says.startswith("2 of ") and len(finding.files) == 2 and finding.files[0].startswith("depth/")
+
+
 @pytest.mark.parametrize("factor, unit", [(10, "centimetres"), (25.4, "inches")])
 def test_a_ball_and_tables_in_another_unit_are_not_the_squares_fault(third_rig, tmp_path, factor, unit):
     """Who has put right the squares, and not yet the rest, is not sent back."""

@@ -48,6 +48,7 @@ ADVICE = {
     "ball_lost": "Look at these pictures, and take them again.",
     "columns_exchanged": "Put the columns of measured.csv into the order x, y, depth.",
     "sign": "x grows to the right and y upwards, as the cameras see it: turn the sign of this column round.",
+    "no_line": "Write a line for each picture, with its name, x, y and depth; or take the picture away.",
     "unit": "Write measured.csv in millimetres.",
     "ball_and_table_unit": "Write measured.csv and diameter_mm in millimetres.",
     "plane": "Measure depth from the left camera's plane in all sets.",

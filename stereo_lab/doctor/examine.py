@@ -156,14 +156,19 @@ def _look_at_sets(recording, known, say):
     for name in (name for name in recording.sets if name != "calibration"):
         try:
             pairs = recording.pairs(name)
-            if recording.has_samples(name):
-                recording.samples(name)
+            lines = recording.samples(name) if recording.has_samples(name) else ()
         except StereoLabError as error:
             findings.append(_unreadable(error))
             continue
         if name in SETS and not recording.has_samples(name):
             says = f"{name} has pictures and no measured.csv, which tells where the ball was: nothing can be fitted to them."
             findings.append(Finding("no_table", says, ADVICE["no_table"]))  # what a recording lacks is no fault
+        without = [pair.name for pair in pairs if lines and pair.name not in {sample.pair.name for sample in lines}]
+        if without:
+            says = (
+                f"{len(without)} of {len(pairs)} pictures of {name} have no line in its measured.csv, and are not used."
+            )
+            findings.append(Finding("no_line", says, ADVICE["no_line"], tuple(f"{name}/{lost}" for lost in without)))
         if name in (*SETS, "evaluation") and pairs[0].right_path is None:
             says = f"{name} was taken with the left camera alone: no depth comes out of it."
             findings.append(Finding("half_missing", says, ADVICE["left_alone"], severity=STOPS))
