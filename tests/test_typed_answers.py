@@ -10,18 +10,18 @@ import pytest
 from conftest import ROOT
 
 NEEDED = {  # by lesson: the cells above that make the names in these answers, and what a learner imports beside
-    "00": ([2, 9, 12, 18, 20], "import math"),
-    "01": ([2, 6, 10, 37], ""),
-    "02": ([2, 4, 10], ""),
-    "03": ([2, 4, 8, 13], ""),
-    "04": ([2, 4, 10], ""),
-    "05": ([2], "from math import tan, exp"),
-    "06": ([2], "from math import exp, radians"),
+    "00": (["cell-02", "cell-05", "cell-08", "cell-14", "cell-16"], "import math"),
+    "01": (["cell-01", "cell-05", "cell-09", "cell-26"], ""),
+    "02": (["cell-01", "cell-03", "cell-09"], ""),
+    "03": (["cell-01", "cell-03", "cell-07", "cell-12"], ""),
+    "04": (["cell-01", "cell-03", "cell-09"], ""),
+    "05": (["cell-01"], "from math import tan, exp"),
+    "06": (["cell-01"], "from math import exp, radians"),
     "07": (
-        [2, 6],
+        ["cell-01", "mine-05"],
         "order_ms = 2.8; stages = {'cameras': 66.7, 'finding the ball': 1.0, 'angles': 0.005, 'order': order_ms}",
     ),
-    "08": ([2, 18], ""),
+    "08": (["cell-02", "cell-18"], ""),
 }
 VAGUE = re.compile(  # what is said where no name was found
     r"look at \w+: twice as large|in every try|not among the answers|is too (small|large)\.$|the one farthest off"
@@ -64,13 +64,14 @@ def run(source, names):
 def test_typed_answers(lesson, capsys, monkeypatch, tmp_path):
     monkeypatch.setenv("STEREO_LAB_WORK", str(tmp_path))
     (notebook,) = (ROOT / "notebooks").glob(f"{lesson}_*.ipynb")
-    cells = ["".join(cell["source"]) for cell in json.loads(notebook.read_text(encoding="utf-8"))["cells"]]
+    read = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
+    cells, ids = ["".join(cell["source"]) for cell in read], [cell["id"] for cell in read]
     asking = [k for k, cell in enumerate(cells) if ".check(" in cell and "____" in cell and "q1.hint" not in cell]
     above, imported = NEEDED[lesson]
     names = {"__name__": "__main__"}
-    for k in sorted({*above, *asking}):
+    for k in sorted({*map(ids.index, above), *asking}):
         run(cells[k].partition("ours_ms")[0], names)
-        if k == above[0]:
+        if ids[k] == above[0]:
             run(f"import numpy as np\n{imported}", names)
     answers, wrong = typed_answers(), []
     assert len(asking) == sum(question.startswith(lesson) for question in answers)
