@@ -76,22 +76,16 @@ def _doubts(calibration: StereoCalibration, board: Board) -> Iterator[tuple[int,
 def _unit_doubts(calibration, board):
     """A square size in another unit than millimetres shows in the distance between the cameras."""
     baseline, square = calibration.baseline_mm, board.square_mm
-    is_square, usual, possible = (
-        low <= length <= high
-        for length, (low, high) in (
-            (square, SQUARES_MM),
-            (baseline, PLAUSIBLE_BASELINE_MM),
-            (baseline, POSSIBLE_BASELINE_MM),
-        )
-    )
+    is_square = SQUARES_MM[0] <= square <= SQUARES_MM[1]
+    usual = PLAUSIBLE_BASELINE_MM[0] <= baseline <= PLAUSIBLE_BASELINE_MM[1]
+    possible = POSSIBLE_BASELINE_MM[0] <= baseline <= POSSIBLE_BASELINE_MM[1]
     unit = unit_of_squares(baseline, square)
     if is_square and (usual or possible and unit is None):
         return
     worse, how = (0, "which is unusual") if is_square and possible else (2, "which cannot be")
     said = f"With squares of {square:g} mm the cameras would stand {told_mm(baseline)} mm apart, {how}."
-    if unit is None:
-        yield worse, f"{said} Measure a square with a ruler, in millimetres."
-    else:
+    todo = "Measure a square with a ruler, in millimetres."
+    if unit is not None:
         factor, name = unit
-        then = f"Then it is {square * factor:g} mm and they stand {baseline * factor:.0f} mm apart."
-        yield worse, f"{said} Is square_mm in {name}? {then}"
+        todo = f"Is square_mm in {name}? Then it is {square * factor:g} mm and they stand {baseline * factor:.0f} mm apart."
+    yield worse, f"{said} {todo}"

@@ -22,7 +22,7 @@ from stereo_lab.calibration.saved import ARRAYS, TAKEN_OVER, as_field
 from stereo_lab.common.files import read_bytes, write_json, write_whole
 from stereo_lab.errors import CalibrationError, StereoLabError
 from stereo_lab.recording import Ball, Board, Recording, open_recording
-from stereo_lab.recording.bounds import PICTURE_PX, whole_in
+from stereo_lab.recording.bounds import PICTURE_PX, told_mm, whole_in
 from stereo_lab.recording.importing import camera_facts, check_new
 
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "inch": 25.4, "m": 1000.0}
@@ -122,7 +122,7 @@ def import_calibration(files: Sequence[str | Path], unit: str = "mm") -> StereoC
     baseline = float(np.linalg.norm(facts["translation_mm"]))
     if not BASELINE_MM[0] <= baseline <= BASELINE_MM[1]:
         wish = "" if ros else " Say in which unit its translation is: --unit m, cm or inch."
-        raise CalibrationError(f"{_named(texts)}: the two cameras would stand {baseline:.3g} mm apart.{wish}")
+        raise CalibrationError(f"{_named(texts)}: the two cameras would stand {told_mm(baseline)} mm apart.{wish}")
     unknown = float("nan")
     calibration = StereoCalibration(
         **facts, rms_px=unknown, left_rms_px=unknown, right_rms_px=unknown, vertical_error_px=unknown, focal_sigma_percent=unknown,

@@ -163,8 +163,8 @@ def _look_at_sets(recording, known, say):
         if name in SETS and not recording.has_samples(name):
             says = f"{name} has pictures and no measured.csv, which tells where the ball was: nothing can be fitted to them."
             findings.append(Finding("no_table", says, ADVICE["no_table"]))  # what a recording lacks is no fault
-        without = [pair.name for pair in pairs if lines and pair.name not in {sample.pair.name for sample in lines}]
-        if without:
+        with_one = {sample.pair.name for sample in lines}
+        if lines and (without := [pair.name for pair in pairs if pair.name not in with_one]):
             says = (
                 f"{len(without)} of {len(pairs)} pictures of {name} have no line in its measured.csv, and are not used."
             )

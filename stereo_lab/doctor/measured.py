@@ -138,7 +138,7 @@ def _squares_or_table(best, by_ball, points, table, deep):
     """Another unit: of the squares where the ball's size is as wrong, of the table where it is right."""
     ball_off = abs(np.log(by_ball)) > TWICE
     if best.name in ("unit", "scale") and ball_off:
-        placed = place(points, table, deep, free_scale=True)
+        placed = best.placed if best.name == "scale" else place(points, table, deep, free_scale=True)
         if abs(np.log(placed.scale)) > TWICE:  # the cameras' millimetres are none; the ruler's are
             placed = replace(place(placed.scale * points, table, deep), scale=placed.scale)
         return replace(best, name="scale", table=table, placed=placed)
@@ -191,9 +191,8 @@ def _scales(recording, calibration, by_ball, ball_sigma, by_ruler, sigma, best):
             )
             does = abs(1 - 1 / by_ruler) * calibration.depth_mm
             return [Finding("unit", says, ADVICE["ball_and_table_unit"], (), does)]
-        unit = _nearest_unit(by_ruler)
-        is_unit = abs(np.log(by_ruler / unit)) < np.log1p(SIZE_PART)
-        so = f"square_mm is in {UNIT_NAMES[unit]}" if is_unit else f"the squares are {square * by_ruler:.1f} mm wide"
+        unit = _unit_of(by_ruler)
+        so = f"square_mm is in {unit}" if unit else f"the squares are {square * by_ruler:.1f} mm wide"
         says = (
             f"With squares of {square:g} mm the cameras stand {told_mm(baseline)} mm apart, and all measured places are "
             f"{by_ruler:.3g} times as far from each other as the cameras tell: {so}."
@@ -208,11 +207,11 @@ def _scales(recording, calibration, by_ball, ball_sigma, by_ruler, sigma, best):
             f"{square * by_ruler:.2f} mm and not {square:g}. {agree}Or the ruler is wrong by as much."
         )
         return [Finding("square_scale", says, ADVICE["square_scale"], (), does)]
-    unit = _nearest_unit(by_ball)
-    if ball_off and abs(np.log(by_ball / unit)) < np.log1p(SIZE_PART) and not is_plausible:
+    unit = _unit_of(by_ball)
+    if ball_off and unit and not is_plausible:
         says = (
             f"With squares of {square:g} mm the cameras stand {told_mm(baseline)} mm apart, and the ball looks "
-            f"{recording.ball.diameter_mm / by_ball:.1f} mm wide: square_mm is in {UNIT_NAMES[unit]}, and the measured places as well."
+            f"{recording.ball.diameter_mm / by_ball:.1f} mm wide: square_mm is in {unit}, and the measured places as well."
         )
         return [Finding("square_unit", says, ADVICE["square_unit"], (), abs(1 - 1 / by_ball) * calibration.depth_mm)]
     if ball_off and np.isfinite(sigma):
@@ -226,14 +225,14 @@ def _scales(recording, calibration, by_ball, ball_sigma, by_ruler, sigma, best):
 
 def _ball_and_table_in(diameter_mm, by_ball, by_ruler):
     """The unit in which ball and table were told, where the ball would be none in mm and is one in that unit; else nothing."""
-    unit, (low, high) = _nearest_unit(1 / by_ruler), BALLS_MM
-    is_unit = abs(np.log(by_ruler * unit)) < np.log1p(SIZE_PART)
-    return UNIT_NAMES[unit] if is_unit and not low < diameter_mm < high and low < diameter_mm / by_ball < high else ""
+    low, high = BALLS_MM
+    return _unit_of(1 / by_ruler) if not low < diameter_mm < high and low < diameter_mm / by_ball < high else ""
 
 
-def _nearest_unit(scale):
-    """Of :data:`UNIT_NAMES` the factor that is nearest to a scale."""
-    return min(UNIT_NAMES, key=lambda factor: abs(np.log(scale / factor)))
+def _unit_of(scale):
+    """Of :data:`UNIT_NAMES` the one that a scale is, as exactly as a size is told; nothing where it is none."""
+    factor = min(UNIT_NAMES, key=lambda factor: abs(np.log(scale / factor)))
+    return UNIT_NAMES[factor] if abs(np.log(scale / factor)) < np.log1p(SIZE_PART) else ""
 
 
 def _how_far_off(best, seen, wrong):

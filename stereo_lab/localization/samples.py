@@ -11,16 +11,17 @@ from stereo_lab.recording import Recording
 
 def check_enough(found: Sized, missed: Sequence[str], least: int, recording: Recording, color: BallColor) -> None:
     """Raise a StereoLabError that names the missed samples where fewer than ``least`` are left."""
-    if len(found) + len(missed) == 0:
+    count = len(found) + len(missed)
+    if count == 0:
         raise StereoLabError(f"No measured pairs are left to fit on; {least} are needed. Leave fewer of them out.")
-    if len(found) + len(missed) < least:
+    if count < least:
         raise StereoLabError(
-            f"There are {len(found) + len(missed)} measured pairs to fit on; {least} are needed. "
+            f"There are {count} measured pairs to fit on; {least} are needed. "
             "Has each pair a line in measured.csv? Were too many left out?"
         )
     if len(found) < least:
         raise StereoLabError(
-            f"The {color.name} ball was found in {len(found)} of {len(found) + len(missed)} measured pairs; "
+            f"The {color.name} ball was found in {len(found)} of {count} measured pairs; "
             f"{least} are needed (missed: {', '.join(missed)}). "
             + (
                 f"Check the ball's color and diameter_mm, and square_mm of the board, in {recording.path / 'recording.json'}; "

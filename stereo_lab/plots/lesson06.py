@@ -121,11 +121,12 @@ def stopping_errors(ways: Sequence[tuple[str, ArrayLike]], title: str, ax: Axes 
     ways : list of (label, errors in degrees); where labels are alike up to a comma, their colour is
     """
     ax = ax or plt.gca()
-    names = list(dict.fromkeys(label.split(",")[0] for label, _ in ways))
-    for k, (label, errors) in enumerate(ways):
-        errors, name = np.sort(np.abs(errors)), names.index(label.split(",")[0]) % 4
+    names = [label.split(",")[0] for label, _ in ways]
+    style = {name: k % 4 for k, name in enumerate(dict.fromkeys(names))}
+    for k, (name, (_, errors)) in enumerate(zip(names, ways, strict=True)):
+        errors = np.sort(np.abs(errors))
         height = k + np.linspace(-0.3, 0.3, len(errors))
-        marker, color = ("o", "s", "^", "D")[name], STYLES[name][0]
+        marker, color = ("o", "s", "^", "D")[style[name]], STYLES[style[name]][0]
         ax.plot(np.maximum(errors, 0.01), height, marker, color=color, markersize=4, alpha=0.6)
     ax.set_yticks(range(len(ways)), [label for label, _ in ways])
     ax.set_xscale("log")
