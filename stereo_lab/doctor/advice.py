@@ -18,6 +18,7 @@ ADVICE = {
     "square_scale": "Measure ten squares together with a good ruler, divide by ten, and correct square_mm in recording.json.",
     "ball_diameter": "Measure the ball and correct diameter_mm in recording.json.",
     "sides_swapped": "Have the folders exchanged: stereo-lab calibrate REC --swap.",
+    "set_swapped": "Exchange the names of the folders left and right there.",
     "both_mirrored": "Switch the mirror image off in both cameras' settings and take everything again.",
     "both_upside_down": "Turn both cameras the right way up and take everything again, or exchange the folders.",
     "mirrored": "Switch the mirror image off in this camera's settings, or flip its pictures, and take what is missing again.",

@@ -10,6 +10,7 @@ import numpy as np
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.detection import BallColor, BallDetector, Detection
 from stereo_lab.detection.color import HUES
+from stereo_lab.doctor.known import CENTER_PX
 from stereo_lab.errors import StereoLabError
 from stereo_lab.localization import find_pair
 from stereo_lab.recording import Ball, Sample
@@ -110,6 +111,12 @@ def places(sightings: Sequence[Sighting], calibration: StereoCalibration, aside_
     left, right = ([getattr(s, side).center_px for s in sightings] for side in ("left", "right"))
     moved = calibration.rectify_points(right, "right") + [aside_px, 0.0]
     return calibration.triangulate(calibration.rectify_points(left, "left"), moved)
+
+
+def disparity_sigmas(sightings: Sequence[Sighting]) -> np.ndarray:
+    """Standard deviations of the disparities of balls that both cameras see, shape (N,), px."""
+    each = [[max(getattr(s, side).sigma_px or 0.0, CENTER_PX) for side in ("left", "right")] for s in sightings]
+    return np.linalg.norm(each, axis=1)
 
 
 def size_of_ball(

@@ -161,7 +161,7 @@ def _look_at_sets(recording, known, say):
             findings.append(_unreadable(error))
             continue
         if name in SETS and not recording.has_samples(name):
-            says = f"{name} has pictures and no measured.csv, which tells where the ball was: nothing can be fitted to them."
+            says = f"{name} has pictures and no measured.csv, which tells where the ball was: they cannot be used."
             findings.append(Finding("no_table", says, ADVICE["no_table"]))  # what a recording lacks is no fault
         with_one = {sample.pair.name for sample in lines}
         if lines and (without := [pair.name for pair in pairs if pair.name not in with_one]):
@@ -169,7 +169,7 @@ def _look_at_sets(recording, known, say):
                 f"{len(without)} of {len(pairs)} pictures of {name} have no line in its measured.csv, and are not used."
             )
             findings.append(Finding("no_line", says, ADVICE["no_line"], tuple(f"{name}/{lost}" for lost in without)))
-        if name in (*SETS, "evaluation") and pairs[0].right_path is None:
+        if name in SETS and pairs[0].right_path is None:
             says = f"{name} was taken with the left camera alone: no depth comes out of it."
             findings.append(Finding("half_missing", says, ADVICE["left_alone"], severity=STOPS))
         spoilt: dict[str, StereoLabError] = {}
@@ -264,6 +264,8 @@ def _look_at_balls(recording, cameras, clean, findings, say):
         says = f"Left and right seem swapped, and the measured places tell why: both cameras' pictures are {what}."
         findings = [f for f in findings if f.name != "sides_swapped"]
         findings.append(Finding(told.mirror, says, ADVICE[told.mirror], severity=STOPS))
+    if any(f.name == "sides_swapped" for f in told.findings):
+        findings = [f for f in findings if f.name != "sides_swapped"]  # not in all sets
     if any(f.name in ("square_unit", "square_scale") for f in told.findings):
         findings = [f for f in findings if f.name != "square_unit"]  # the balls tell it more exactly
     findings = [*findings, *told.findings]

@@ -9,27 +9,30 @@ import numpy as np
 
 from stereo_lab.detection import BallColor
 from stereo_lab.doctor.advice import ADVICE
-from stereo_lab.doctor.balls import Sighting, look_for_balls, places, size_of_ball, state_of_balls, why_lost
+from stereo_lab.doctor.balls import (
+    Sighting,
+    disparity_sigmas,
+    look_for_balls,
+    places,
+    size_of_ball,
+    state_of_balls,
+    why_lost,
+)
 from stereo_lab.doctor.cameras import Cameras
-from stereo_lab.doctor.findings import NOTE, STOPS, Evidence, Finding
-from stereo_lab.doctor.known import CENTER_PX, MOST
-from stereo_lab.doctor.numbers import AXES, RULER_MM, UNITS, likeliest_table, place, slip_of
+from stereo_lab.doctor.findings import STOPS, Evidence, Finding
+from stereo_lab.doctor.known import MOST
+from stereo_lab.doctor.numbers import AXES, RULER_MM, likeliest_table, place, slip_of
+from stereo_lab.doctor.scales import scale_by_ruler, scales_told, squares_or_table
+from stereo_lab.doctor.sides import exchanged_sets, listed, sides_told
 from stereo_lab.doctor.since import moved_up_or_down, turned_since
-from stereo_lab.localization.matching import SIZE
 from stereo_lab.position import kabsch
 from stereo_lab.recording import Recording, Sample
-from stereo_lab.recording.bounds import PLAUSIBLE_BASELINE_MM, UNIT_NAMES, told_mm
 
-SETS = "position", "depth"
+SETS = "position", "depth", "evaluation"
 UNFIT = 1.5  # in lines' worth a line: half of what they cost if none of them fitted
 FEWEST = 5  # balls from which a table can be judged
 LOST_PART = 0.2  # of the balls; fewer are a note
 FAR_OFF = 4.0  # robust sigmas of all lines, beyond which a line is wrong; three times the ruler at least
-SCALE_SURE = 3.5  # standard deviations
-RULER_SCALE = 0.001  # to which a ruler is true
-SIZE_SURE, SIZE_PART = 4.0, 0.08  # a ball's size is told to this part of it: rims are soft
-BALLS_MM = (10.0, 400.0)  # from a marble to a gymnastics ball
-TWICE = np.log(3)  # a scale beyond three times is another unit
 TURNED = {"": [1, 1, 1], "both_mirrored": [-1, 1, 1], "both_upside_down": [-1, -1, 1]}  # how places are turned by that
 
 
@@ -58,15 +61,16 @@ def check_balls(
     cameras : Cameras, with a calibration
     clean : float, what a clean recording's error is, mm
     """
-    swapped = cameras.swapped
-    samples = _samples(recording, swapped)
-    if not samples:
-        return Told([])
     color = BallColor.named(recording.ball.color)
+    exchanged = exchanged_sets(recording, color, cameras)
+    told = sides_told(recording, exchanged, cameras.swapped)
+    samples = _samples(recording, exchanged, cameras.swapped)
+    if not samples:
+        return Told(told)
     calibration = state_of_balls(cameras.states, list(samples.values()), color, cameras.undo)
     sightings = look_for_balls(samples, color, recording.ball, calibration, cameras.undo, progress)
     seen = [s for s in sightings if s.seen]
-    findings = _lost(sightings, recording)
+    findings = told + _lost(sightings, recording)
     if len(seen) < FEWEST:
         return Told(findings)
     points = places(seen, calibration)
@@ -74,19 +78,19 @@ def check_balls(
     seen, points = [s for s, g in zip(seen, good, strict=True) if g], points[good]
     if len(seen) < FEWEST:
         return Told(findings)
-    deep = np.hypot(1, calibration.depth_per_px(points[:, 2]) * 2 * CENTER_PX)
-    return _numbers(recording, calibration, seen, points, deep, clean, findings, swapped)
+    deep = np.hypot(1, calibration.depth_per_px(points[:, 2]) * np.sqrt(2) * disparity_sigmas(seen))
+    return _numbers(recording, calibration, seen, points, deep, clean, findings, cameras.swapped)
 
 
-def _samples(recording, swapped):
-    """All measured pairs by name, left and right exchanged where the cameras were."""
+def _samples(recording, exchanged, swapped):
+    """All measured pairs by name, left and right as the cameras stand."""
     found: dict[str, Sample] = {}
     for name in SETS:
         if recording.has_samples(name):
             for sample in recording.samples(name):
                 if sample.pair.right_path is None:
                     continue
-                if swapped:
+                if exchanged.get(name, swapped):
                     pair = sample.pair
                     sample = replace(sample, pair=replace(pair, left_path=pair.right_path, right_path=pair.left_path))
                 found[f"{name}/{sample.pair.name}"] = sample
@@ -118,35 +122,20 @@ def _numbers(recording, calibration, seen, points, deep, clean, findings, swappe
         best = likeliest_table(points, table, deep, sets)
     size, size_sigma = size_of_ball(seen, points, calibration)
     by_ball = recording.ball.diameter_mm / size
-    best = _squares_or_table(best, by_ball, points, table, deep)
+    best = squares_or_table(best, by_ball, points, table, deep)
     if best.name == "scale" and (since := turned_since(best, seen, calibration, table, deep)):
         points, best, finding = since
         findings = [*findings, finding]
         size, size_sigma = size_of_ball(seen, points, calibration)
         by_ball = recording.ball.diameter_mm / size
-    by_ruler, sigma = _scale(points, best, deep, clean / 2 / calibration.depth_mm)
-    findings += _scales(recording, calibration, by_ball, size_sigma / size, by_ruler, sigma, best)
+    by_ruler, sigma = scale_by_ruler(points, best, deep, clean / 2 / calibration.depth_mm)
+    findings += scales_told(recording, calibration, by_ball, size_sigma / size, by_ruler, sigma, best)
     if best.placed.cost > UNFIT * len(table) and np.percentile(best.placed.off, 75) > max(3 * RULER_MM, clean):
         return Told([*findings, _unfit(best, seen)], mirror)
     if best.name not in ("as_is", "scale"):
         findings.append(_whole_table(best, table, seen))
     findings += _lines(best, seen, table, points, deep)
     return Told(findings, mirror)
-
-
-def _squares_or_table(best, by_ball, points, table, deep):
-    """Another unit: of the squares where the ball's size is as wrong, of the table where it is right."""
-    ball_off = abs(np.log(by_ball)) > TWICE
-    if best.name in ("unit", "scale") and ball_off:
-        placed = best.placed if best.name == "scale" else place(points, table, deep, free_scale=True)
-        if abs(np.log(placed.scale)) > TWICE:  # the cameras' millimetres are none; the ruler's are
-            placed = replace(place(placed.scale * points, table, deep), scale=placed.scale)
-        return replace(best, name="scale", table=table, placed=placed)
-    if best.name == "scale" and not ball_off and abs(np.log(best.placed.scale)) > TWICE:
-        unit = min(UNITS, key=lambda unit: abs(np.log(best.placed.scale * UNITS[unit])))
-        mended = table * UNITS[unit]
-        return replace(best, name="unit", what=unit, table=mended, placed=place(points, mended, deep))
-    return best
 
 
 def _seen_how(points, table, deep, best):
@@ -156,83 +145,8 @@ def _seen_how(points, table, deep, best):
     """
     costs = {name: place(points * turn, table, deep).cost for name, turn in TURNED.items()}
     likeliest = min(costs, key=lambda name: costs[name])
-    looks_like_it = best.name == "sign" and not best.set_name and best.what in ("x", "x and y")
+    looks_like_it = best.name == "sign" and not best.sets and best.what in ("x", "x and y")
     return likeliest if looks_like_it or best.placed.cost >= costs[likeliest] + 1 else ""
-
-
-def _scale(points, best, deep, known):
-    """How many times larger the measured places are than the told ones, and its standard deviation: depths are known to a part."""
-    near = best.placed.off < 3 * RULER_MM
-    if near.sum() < 4:
-        return best.placed.scale, np.inf
-    a, bench = points[near], (best.table * [1, 1, -1])[near]
-    rotation, _ = kabsch(a, bench)
-    turned, wanted = (a - a.mean(0)) @ rotation.T, bench - bench.mean(0)
-    weight = np.stack([np.ones(near.sum()), np.ones(near.sum()), 1 / deep[near]], 1)
-    spread = ((turned * weight) ** 2).sum()
-    scale = ((wanted * turned) * weight**2).sum() / spread
-    rest = np.sqrt((((wanted - scale * turned) * weight) ** 2).sum() / max(3 * near.sum() - 7, 1))
-    return float(scale), float(np.linalg.norm([max(rest, 0.4) / np.sqrt(spread), RULER_SCALE, known]))
-
-
-def _scales(recording, calibration, by_ball, ball_sigma, by_ruler, sigma, best):
-    """The squares, the ball or the ruler, where one of them has another scale than the other two."""
-    baseline, square = calibration.baseline_mm, recording.board.square_mm
-    is_plausible = PLAUSIBLE_BASELINE_MM[0] < baseline < PLAUSIBLE_BASELINE_MM[1]
-    ruler_off = abs(np.log(by_ruler)) > np.log1p(SCALE_SURE * sigma) if np.isfinite(sigma) else best.name == "scale"
-    ball_off = abs(np.log(by_ball)) > np.log1p(max(SIZE_SURE * ball_sigma, SIZE_PART))
-    if abs(np.log(by_ruler)) > TWICE and ruler_off:
-        if is_plausible and not ball_off:
-            return []  # the ruler's unit: said of the table
-        if is_plausible and (both := _ball_and_table_in(recording.ball.diameter_mm, by_ball, by_ruler)):
-            says = (
-                f"With squares of {square:g} mm the cameras stand {told_mm(baseline)} mm apart, as they may. But the measured places, "
-                f"and diameter_mm, are {told_mm(1 / by_ruler)} times too small: they are in {both}."
-            )
-            does = abs(1 - 1 / by_ruler) * calibration.depth_mm
-            return [Finding("unit", says, ADVICE["ball_and_table_unit"], (), does)]
-        unit = _unit_of(by_ruler)
-        so = f"square_mm is in {unit}" if unit else f"the squares are {square * by_ruler:.1f} mm wide"
-        says = (
-            f"With squares of {square:g} mm the cameras stand {told_mm(baseline)} mm apart, and all measured places are "
-            f"{by_ruler:.3g} times as far from each other as the cameras tell: {so}."
-        )
-        return [Finding("square_unit", says, ADVICE["square_unit"], (), abs(1 - 1 / by_ruler) * calibration.depth_mm)]
-    if ruler_off and best.name in ("as_is", "scale"):
-        does = abs(1 - 1 / by_ruler) * calibration.depth_mm
-        percent = 100 * (by_ruler - 1)
-        agree = "The ball's size agrees. " if abs(by_ball / by_ruler - 1) < SIZE_PART / 2 and ball_off else ""
-        says = (
-            f"The measured places lie {percent:+.1f} % farther apart than the cameras tell: the squares are "
-            f"{square * by_ruler:.2f} mm and not {square:g}. {agree}Or the ruler is wrong by as much."
-        )
-        return [Finding("square_scale", says, ADVICE["square_scale"], (), does)]
-    unit = _unit_of(by_ball)
-    if ball_off and unit and not is_plausible:
-        says = (
-            f"With squares of {square:g} mm the cameras stand {told_mm(baseline)} mm apart, and the ball looks "
-            f"{recording.ball.diameter_mm / by_ball:.1f} mm wide: square_mm is in {unit}, and the measured places as well."
-        )
-        return [Finding("square_unit", says, ADVICE["square_unit"], (), abs(1 - 1 / by_ball) * calibration.depth_mm)]
-    if ball_off and np.isfinite(sigma):
-        says = f"The ball looks {recording.ball.diameter_mm / by_ball:.1f} mm wide, and recording.json says {recording.ball.diameter_mm:g}."
-        lost = abs(by_ball - 1) > SIZE  # then no two balls are taken for one any more
-        return [
-            Finding("ball_diameter", says, ADVICE["ball_diameter"], (), None if lost else 0.0, STOPS if lost else NOTE)
-        ]
-    return []
-
-
-def _ball_and_table_in(diameter_mm, by_ball, by_ruler):
-    """The unit in which ball and table were told, where the ball would be none in mm and is one in that unit; else nothing."""
-    low, high = BALLS_MM
-    return _unit_of(1 / by_ruler) if not low < diameter_mm < high and low < diameter_mm / by_ball < high else ""
-
-
-def _unit_of(scale):
-    """Of :data:`UNIT_NAMES` the one that a scale is, as exactly as a size is told; nothing where it is none."""
-    factor = min(UNIT_NAMES, key=lambda factor: abs(np.log(scale / factor)))
-    return UNIT_NAMES[factor] if abs(np.log(scale / factor)) < np.log1p(SIZE_PART) else ""
 
 
 def _how_far_off(best, seen, wrong):
@@ -246,8 +160,8 @@ def _unfit(best, seen):
     """A table, or that of one set, that fits nowhere, whichever mistake is undone."""
     off = best.placed.off
     wrong = [k for k in range(len(seen)) if off[k] > 3 * RULER_MM]
-    sets = {seen[k].name.split("/")[0] for k in wrong}
-    whose = f" of the set {sets.pop()}" if len(sets) == 1 else ""
+    sets = sorted({seen[k].name.split("/")[0] for k in wrong})
+    whose = f" of the {listed(sets)}" if len(sets) < len({s.name.split("/")[0] for s in seen}) else ""
     says = (
         f"{len(wrong)} measured places{whose} do not fit what the cameras see, however they are turned: half of these are off by "
         f"{np.median(off[wrong]):.0f} mm or more, and no single mistake explains it."
@@ -257,9 +171,9 @@ def _unfit(best, seen):
 
 
 def _whole_table(best, table, seen):
-    """A mistake of the whole table, or of that of one set."""
-    whose = f" of the set {best.set_name}" if best.set_name else ""
-    files = tuple(s.name for s in seen if not best.set_name or s.name.startswith(f"{best.set_name}/"))
+    """A mistake of all tables, or of those of some sets."""
+    whose = f" of the {listed(best.sets)}" if best.sets else ""
+    files = tuple(s.name for s in seen if not best.sets or s.name.split("/")[0] in best.sets)
     says = {
         "columns": f"The measured columns{whose} fit when they are read as {best.what}.",
         "sign": f"The measured numbers{whose} fit when the sign of {best.what} is turned round.",
@@ -276,6 +190,7 @@ def _whole_table(best, table, seen):
 def _another_origin(best, files, other):
     """Two sets of which one column was not measured from the same place; which of the two is right cannot be known."""
     axis, by = best.what.split()[0], float(best.what.split()[1])
+    (of_set,) = best.sets
     name, where = ("plane", "one plane") if axis == "depth" else ("origin", "one point")
     lies = {
         "x": ("to the left", "to the right"),
@@ -283,7 +198,7 @@ def _another_origin(best, files, other):
         "depth": ("farther from the balls", "nearer to the balls"),
     }
     says = (
-        f"The sets {best.set_name} and {other} do not measure {axis} from {where}: that of {best.set_name} lies {abs(by):.0f} mm "
+        f"The sets {of_set} and {other} do not measure {axis} from {where}: that of {of_set} lies {abs(by):.0f} mm "
         f"{lies[axis][by > 0]}."
     )
     return Finding(name, says, ADVICE[name], files, abs(by))

@@ -21,7 +21,7 @@ SEED = 0
 WRONG_WAY_DEG = 60.0  # x is to the right, y up and depth away, about: no bench is turned more than this
 EXPLAINS = 0.05  # of a line's distance may be left where a slip explains it: a far place is told badly by the others
 AGREE = 0.7  # in lines' worth: a table that fits so well is as it should be
-ONE_SET = 0.3  # in lines' worth: a mistake in one of the tables alone is the less simple one
+ONE_SET = 0.3  # in lines' worth for each table: a mistake in some of the tables alone is the less simple one
 SHIFTED = 2.0  # a shift fits its own number to the lines, which a sign or a unit cannot
 SIGNS = ((0,), (1,), (2,), (0, 1))  # columns whose sign a hand turns round
 AXES = ("x", "y", "depth")
@@ -59,14 +59,14 @@ class Mistake:
     what : str, in words: the columns, the unit, ...; of an origin the column, and by how many mm
     table : ndarray, shape (N, 3), measured x, y and depth without the mistake, mm
     placed : Placed
-    set_name : str, the one set in whose table it is; "" where it is in all
+    sets : names of the sets in whose tables it is; none where it is in all
     """
 
     name: str
     what: str
     table: np.ndarray
     placed: Placed
-    set_name: str = ""
+    sets: tuple[str, ...] = ()
 
 
 def place(points: np.ndarray, table: np.ndarray, deep: np.ndarray, free_scale: bool = False) -> Placed:
@@ -76,30 +76,36 @@ def place(points: np.ndarray, table: np.ndarray, deep: np.ndarray, free_scale: b
     ----------
     points : ndarray, shape (N, 3), mm, as the cameras tell them: right, down, forward
     table : ndarray, shape (N, 3), x, y and depth, mm
-    deep : ndarray, shape (N,), how much worse depth is known there than the ruler; 1 or more
+    deep : ndarray, shape (N,), how much worse a place is known along the camera's ray than by the ruler; 1 or more
     free_scale : bool, whether everything may be larger or smaller
     """
     bench = table * [1, 1, -1]
-    weight = np.stack([np.ones_like(deep), np.ones_like(deep), 1 / deep], 1)
     rng, count = np.random.default_rng(SEED), len(points)
     tries = [rng.choice(count, 4 if free_scale else 3, replace=False) for _ in range(DRAWS)]
-    best = min((_placed(points, bench, weight, some, free_scale) for some in tries), key=lambda placed: placed.cost)
+    best = min((_placed(points, bench, deep, some, free_scale) for some in tries), key=lambda placed: placed.cost)
     for _ in range(4):
         near = best.off < 2.5 * RULER_MM
         if near.sum() >= 4:
-            best = min(best, _placed(points, bench, weight, near, free_scale), key=lambda placed: placed.cost)
+            best = min(best, _placed(points, bench, deep, near, free_scale), key=lambda placed: placed.cost)
     return best
 
 
-def _placed(points, bench, weight, some, free_scale):
+def _placed(points, bench, deep, some, free_scale):
     """Everything placed as some lines tell."""
     rotation, shift, scale = _similar(points[some], bench[some], free_scale)
     told = scale * points @ rotation.T + shift
-    off = np.linalg.norm((told - bench) * weight, axis=1) / np.clip(scale, 1e-6, 1.0)  # in the larger of two units
+    off = _weighed(told - bench, points @ rotation.T, deep) / np.clip(scale, 1e-6, 1.0)  # in the larger of two units
     away = np.degrees(np.arccos(np.clip((np.trace(rotation @ TO_BENCH.T) - 1) / 2, -1, 1)))
     turned = bool(away > WRONG_WAY_DEG)
     cost = 3 * np.minimum(off / RULER_MM / 3, 1).sum() + 0.5 * len(points) * turned
     return Placed(float(cost), told * [1, 1, -1], off, float(scale), turned)
+
+
+def _weighed(away, seen, deep):
+    """How far places are away, shape (N,), mm; along the rays on which they are seen it counts less."""
+    along = (away * seen).sum(1) / np.linalg.norm(seen, axis=1)
+    across = np.sqrt(np.maximum((away**2).sum(1) - along**2, 0))
+    return np.hypot(across, along / deep)
 
 
 def _similar(points, bench, free_scale):
@@ -124,19 +130,21 @@ def likeliest_table(points: np.ndarray, table: np.ndarray, deep: np.ndarray, set
         return as_is
     found = [(as_is.placed.cost, as_is)]
 
-    def undo(price, name, what, mended, set_name=""):
+    def undo(price, name, what, mended, some=()):
         placed = place(points, mended, deep)
-        found.append((placed.cost + price, Mistake(name, what, mended, placed, set_name)))
+        found.append((placed.cost + price, Mistake(name, what, mended, placed, some)))
 
-    of_set = {name: np.asarray(sets) == name for name in sorted(set(sets))}
+    names = sorted(set(sets))
+    parts = [some for count in range(1, len(names)) for some in itertools.combinations(names, count)]
     for price, name, what, mended in _mistakes(table, as_is.placed.turned):
         undo(price, name, what, mended)
-        for set_name, inside in of_set.items() if len(of_set) > 1 else ():
-            undo(price + ONE_SET, name, what, np.where(inside[:, None], mended, table), set_name)
-    for set_name, inside in of_set.items():
+        for some in parts:
+            undo(price + ONE_SET * len(some), name, what, np.where(np.isin(sets, some)[:, None], mended, table), some)
+    for set_name in names:
+        inside = np.isin(sets, set_name)
         for axis, by in zip(range(3), _other_origin(points, table, deep, inside), strict=True):
             mended = table + np.outer(np.where(inside, by, 0.0), np.arange(3) == axis)
-            undo(SHIFTED, "origin", f"{AXES[axis]} {by:.0f}", mended, set_name)
+            undo(SHIFTED, "origin", f"{AXES[axis]} {by:.0f}", mended, (set_name,))
     scaled = place(points, table, deep, free_scale=True)
     found.append((scaled.cost + 0.6, Mistake("scale", f"{scaled.scale:.4f}", table, scaled)))
     cost, best = min(found, key=lambda f: f[0])
