@@ -2,6 +2,7 @@
 
 import json
 import math
+import shutil
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -360,6 +361,44 @@ def test_a_run_goes_on_where_the_papers_way_cannot_be_fitted(bench, bench_calibr
     assert set(results.localizers) == {"cone"} and "three samples" in results.failed["paper"]
     page = report.page(results)
     assert "cannot be fitted" in page and "x in the arm's plane" in page
+
+
+def _exchange(folder):
+    """Left for right."""
+    for name, new in (("left", "x"), ("right", "left"), ("x", "right")):
+        (folder / name).rename(folder / new)
+
+
+def _in_centimetres(folder):
+    """Each number of the table divided by ten."""
+    head, *lines = (folder / "measured.csv").read_text().splitlines()
+    rows = [line.split(",") for line in lines]
+    rows = [[name, *(f"{float(n) / 10:g}" for n in (x, y, depth)), use] for name, x, y, depth, use in rows]
+    (folder / "measured.csv").write_text("\n".join([head, *map(",".join, rows)]) + "\n")
+
+
+@pytest.mark.parametrize(("name", "spoil", "says"), [
+    ("position", lambda _: None, None),
+    ("position", _exchange, "In 8 of 14 measured pairs no ball was found, and they are left out of the fit: position/000, "),
+    ("evaluation", _exchange, "In 24 of 24 pairs that judge no ball was found: evaluation/000, "),
+    ("evaluation", _in_centimetres, "24 of 24 places are off by more than 6 times what cameras and ruler leave in doubt"),
+])  # fmt: skip
+def test_a_run_on_a_spoilt_recording_says_that_the_recording_is_at_fault(tmp_path, name, spoil, says):
+    folder = tmp_path / "rig"
+    shutil.copytree(ROOT / "data" / "second_rig", folder, ignore=shutil.ignore_patterns("truth.json"))
+    spoil(folder / name)
+    told = report.sentences(evaluation.evaluate(open_recording(folder)))
+    if says is None:
+        assert not any("stereo-lab check" in sentence for sentence in told)
+    else:
+        assert any(sentence.startswith(says) for sentence in told), told
+        assert told[-1].endswith(f"stereo-lab check {folder}")
+
+
+def test_a_scale_that_no_ruler_has_is_taken_for_another_unit():
+    rigid = SimpleNamespace(scale=0.1, scale_sigma=0.001)
+    way = ours.ConeWay(None, None, rigid, None, 0.0, 40.0)
+    assert "in another unit" in way.squares_told and "Measure the whole board" not in way.squares_told
 
 
 class Few:

@@ -21,6 +21,7 @@ from stereo_lab.errors import CalibrationError, RecordingError, StereoLabError, 
 from stereo_lab.recording import Recording, open_recording
 
 BROUGHT, KEPT, MADE = "it came with the recording", "kept from an earlier run", "made just now"
+NEAREST_MM, FARTHEST_MM = 200.0, 10_000.0  # of measured balls
 
 
 def calibrate_recording(
@@ -79,7 +80,8 @@ def _make(recording, key, progress):
     except SwappedSidesError as error:
         swap = f"stereo-lab calibrate {recording.path} --swap"
         raise SwappedSidesError(
-            f"{error} Or have it done, for every set of this recording: {swap}", error.fault
+            f"{error} Or have it done, for every set of this recording: {swap}. In some sets alone? stereo-lab check says in which.",
+            error.fault,
         ) from None
     result = replace(made, made_from=key)
     try:
@@ -105,10 +107,14 @@ def boards_of(recording: Recording) -> Recording:
 
 
 def distance_mm(recording: Recording) -> float:
-    """The distance for which a recording's calibration is judged: the median of its ruler samples, or one metre."""
+    """The distance for which a recording's calibration is judged: the median of its ruler samples, or one metre.
+
+    A table in another unit than millimetres tells no distance.
+    """
     sets = [name for name in ("position", "depth") if recording.has_samples(name)]
     depths = [sample.measured.depth_mm for name in sets for sample in recording.samples(name)]
-    return round(float(np.median(depths)), -1) if depths else JUDGED_AT_MM
+    told = round(float(np.median(depths)), -1) if depths else JUDGED_AT_MM
+    return told if NEAREST_MM <= told <= FARTHEST_MM else JUDGED_AT_MM
 
 
 def _read(path, key):

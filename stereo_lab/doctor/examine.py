@@ -24,7 +24,6 @@ SHOWN = 3  # pairs in which the board is looked for first
 FEWEST = 4  # boards from which anything can be told
 BURNT, DARK, BLOCKS = 0.5, 30.0, 2.0  # part of the white squares, of 255, times: see pictures.Look
 SPOILT_PART = 0.3  # of the pictures
-NEAREST_MM, FARTHEST_MM = 200.0, 10_000.0  # of balls
 LIGHT = {"over_exposed", "under_exposed", "compressed"}  # they cost what the corners' noise costs
 LACKS = {"blur", "too_few_pairs", "never_tilted", "one_place", "board_far"}  # of boards: more of them help
 
@@ -80,8 +79,7 @@ def _clean(calibration, findings):
 def _judged_at(recording, findings):
     """The distance for which all is told; a table that cannot be read is put down."""
     try:
-        told = distance_mm(recording)
-        return told if NEAREST_MM <= told <= FARTHEST_MM else JUDGED_AT_MM  # a table in another unit tells no distance
+        return distance_mm(recording)
     except StereoLabError as error:
         findings.append(_unreadable(error))
         return JUDGED_AT_MM

@@ -17,6 +17,8 @@ from stereo_lab.localization.sphere import one_sphere
 from stereo_lab.position import RigidFit
 from stereo_lab.recording import Position, Recording, Sample
 
+FAR_OFF = 2.0  # times: no ruler and no board is so far off
+
 
 @dataclass(frozen=True, eq=False)
 class ConeWay:
@@ -61,7 +63,7 @@ class ConeWay:
         measured = [named[name].measured for name in seen]
         places = [[m.x_mm, m.y_mm, depth - m.depth_mm] for m in measured]
         if len(found) < 3:
-            _check_rows(calibration, detectors, named.values())
+            _check_rows(recording, calibration, detectors, named.values())
         check_enough(found, missed, 3, recording, color)
         points = _triangulate(calibration, *zip(*found, strict=True))
         centers = [_center_sigmas(*pair) for pair in found]
@@ -80,10 +82,15 @@ class ConeWay:
         off = self.rigid.scale - 1
         if off == 0:
             return ""
+        mend = "Measure the whole board with a ruler."
+        if max(self.rigid.scale, 1 / self.rigid.scale) > FAR_OFF:
+            mend = (
+                "No ruler is that far off: is square_mm or measured.csv in another unit? stereo-lab check says which."
+            )
         return (
             f"By the measured samples the board's squares are {abs(off):.2%} {'longer' if off > 0 else 'shorter'} than they "
             f"were said to be ({abs(off) / self.rigid.scale_sigma:.1f} standard deviations): all places are taken that much "
-            f"{'larger' if off > 0 else 'smaller'}. Measure the whole board with a ruler."
+            f"{'larger' if off > 0 else 'smaller'}. {mend}"
         )
 
     def detect(
@@ -146,7 +153,7 @@ def _triangulate(calibration, left, right):
     )
 
 
-def _check_rows(calibration, detectors, samples):
+def _check_rows(recording, calibration, detectors, samples):
     """Where both cameras see a ball, but on different rows, the calibration is of other cameras."""
     off = []
     for sample in samples:
@@ -157,5 +164,6 @@ def _check_rows(calibration, detectors, samples):
     if len(off) >= 3 and np.median(off) > ROW_PX:
         raise CalibrationError(
             f"The calibration does not fit these pictures: both cameras see the ball, but on rows {np.median(off):.0f} px "
-            "apart. It was made with other cameras, or they moved since. Calibrate again."
+            "apart. It was made with other cameras, they moved since, or left and right are exchanged in some sets: stereo-lab check "
+            f"{recording.path} says which."
         )

@@ -15,6 +15,7 @@ from stereo_lab.common.processes import on_all_cores
 from stereo_lab.detection import HUES, BallDetector, Detection
 from stereo_lab.errors import StereoLabError
 from stereo_lab.localization import Localizer, find_pair
+from stereo_lab.localization.doubt import RULER_SIGMA_MM
 from stereo_lab.recording import Position, Recording, Sample, open_recording
 from stereo_lab.results.limit import DepthLimit, sensor_noise
 
@@ -65,6 +66,16 @@ class Results:
         ]
         table = np.array(rows, float).reshape(-1, 4)
         return table[:, :3], table[:, 3]
+
+    def sigmas_off(self) -> dict[str, float]:
+        """How far off each place is by our way, in standard deviations of what cameras and ruler leave in doubt, by name."""
+        off = {}
+        for sample, place in self.found.get("cone", []):
+            if place is not None and place.sigma_mm is not None:
+                told, true = ([p.x_mm, p.y_mm, p.depth_mm] for p in (place, sample.reference))
+                sigmas = np.abs(np.subtract(told, true)) / np.hypot(place.sigma_mm, RULER_SIGMA_MM)
+                off[f"{sample.pair.set_name}/{sample.pair.name}"] = float(sigmas.max())
+        return off
 
     def facts(self) -> dict[str, Any]:
         """Everything as plain numbers, ready for JSON; None where the recording lacks the set."""

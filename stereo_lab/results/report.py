@@ -17,6 +17,8 @@ from stereo_lab.results.evaluation import Results
 from stereo_lab.results.figures import FIGURES
 
 CORNERS_NAMED = 3
+NAMED = 5  # samples in a sentence
+FAR_OFF = 6.0  # standard deviations
 PAPER_DEPTH_MM = 8.0  # the paper's Fig. 9: mean depth error, up to 2 m
 
 
@@ -88,9 +90,8 @@ def sentences(results: Results) -> list[str]:
             f"Depth: the paper tells of {PAPER_DEPTH_MM:.0f} mm on average; its method gives {theirs:.1f} mm here, "
             f"and fitting a cone and triangulating gives {ours:.1f} mm."
         )
-        if facts["evaluation"]["cone"]["missed"]:
-            said.append(f"In {facts['evaluation']['cone']['missed']} pairs no ball was found.")
-    if results.limit is not None:
+    far_off = {name: sigmas for name, sigmas in results.sigmas_off().items() if sigmas > FAR_OFF}
+    if results.limit is not None and not far_off:
         said.append(
             f"The noise of the pictures (from the set {results.limit.source}) moves a disparity by {facts['sigma_d_px']:.3f} px: "
             f"that alone would leave {facts['limit_depth_mm']:.2f} mm of depth. What is reached is "
@@ -99,13 +100,41 @@ def sentences(results: Results) -> list[str]:
     if results.bare:
         said.append(
             f"{len(results.bare)} of {len(results.found['cone'])} balls stand where a camera saw no board; what is known of its lens "
-            f"there is drawn out from elsewhere: {', '.join(results.bare[:5])}{' and others' if len(results.bare) > 5 else ''}."
+            f"there is drawn out from elsewhere: {_some(results.bare)}."
         )
     if results.found and not results.recording.has_samples("evaluation"):
         said.append("This recording has no evaluation set: its check samples, kept out of the fit, are the judges.")
     if results.recording.arm_is_shipped:
         said.append("This recording names no arm, so the shipped bench's arm stands in.")
-    return said
+    return said + _doubts(results, far_off)
+
+
+def _doubts(results, far_off):
+    """What speaks against the recording itself: balls that were not found, places that neither cameras nor ruler explain."""
+    said = []
+    if "cone" in results.localizers:
+        fitted = results.localizers["cone"]
+        count = len(fitted.residuals_mm) + len(fitted.missed)
+        if fitted.missed:
+            said.append(
+                f"In {len(fitted.missed)} of {count} measured pairs no ball was found, and they are left out of the fit: {_some(fitted.missed)}."
+            )
+    judged = results.found.get("cone", [])
+    missed = [f"{s.pair.set_name}/{s.pair.name}" for s, place in judged if place is None]
+    if missed:
+        said.append(f"In {len(missed)} of {len(judged)} pairs that judge no ball was found: {_some(missed)}.")
+    if far_off:
+        worst = sorted(far_off, key=lambda name: -far_off[name])
+        said.append(
+            f"{len(far_off)} of {len(judged)} places {'is' if len(far_off) == 1 else 'are'} off by more than {FAR_OFF:.0f} times what cameras and ruler leave in doubt, "
+            f"the worst by {far_off[worst[0]]:.0f} times: {_some(worst)}."
+        )
+    return [*said, f"What is wrong there, and what to do: stereo-lab check {results.recording.path}"] if said else []
+
+
+def _some(names):
+    """The first of some names."""
+    return ", ".join(names[:NAMED]) + (" and others" if len(names) > NAMED else "")
 
 
 def write(results: Results, path: str | Path) -> None:
