@@ -26,6 +26,7 @@ from stereo_lab.errors import RecordingError, StereoLabError
 from stereo_lab.exercises import progress, questions
 from stereo_lab.localization import Localizer
 from stereo_lab.recording import Ball, Board, import_images, open_recording, read_image
+from stereo_lab.recording.strays import strays
 
 FACTS = {
     "format": 1,
@@ -315,6 +316,36 @@ def test_a_picture_in_a_table_is_one_of_the_set(small, name):
     write_table(small, f"{name},1,2,3,fit")
     with pytest.raises(RecordingError, match="line 2: there is no picture named"):
         open_recording(small).samples("position")
+
+
+@pytest.mark.parametrize(("old", "new", "says"), [
+    ("position", "Postion", "Should its name be position?"), ("position/left", "position/Left", "Should its name be left?"),
+    ("position/right", "position/rigth", "Should its name be right?"),
+    ("position/measured.csv", "position/measured.xlsx", "Save the table as measured.csv"),
+    ("position/left/000.jpg", "position/left/000.HEIC", "pictures end in .jpg, .jpeg or .png"),
+])  # fmt: skip
+def test_what_lies_under_another_name_is_pointed_at(small, old, new, says):
+    assert strays(small) == []
+    (small / old).rename(small / new)
+    if not (small / old).exists():  # where capitals count
+        assert [str(small / new) in told and says in told for told in strays(small)] == [True]
+
+
+def test_names_of_ones_own_are_left_alone(small):
+    """Sets that nobody knows, notes beside the pictures, a second table, a folder of anything."""
+    shutil.copytree(small / "position", small / "red")
+    shutil.copytree(small / "position", small / "position 2")
+    (small / "Depth").mkdir()
+    (small / "position" / "measured.xlsx").touch(), (small / "position" / "notes.txt").touch()
+    (small / "position" / "rejected").mkdir(), (small / "position" / "left" / "Thumbs.db").touch()
+    assert strays(small) == []
+
+
+def test_a_set_that_is_missing_is_looked_for_under_other_names(small, capsys):
+    (small / "position").rename(small / "calibratoin")
+    assert "Should its name be calibration?" in refused(capsys, "calibrate", small)
+    with pytest.raises(RecordingError, match="Should its name be calibration"):
+        open_recording(small).pairs("calibration")
 
 
 @pytest.mark.skipif(os.name == "nt", reason="links need rights there")

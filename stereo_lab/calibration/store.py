@@ -19,6 +19,7 @@ from stereo_lab.calibration.solver import SOLVER
 from stereo_lab.common.files import read_bytes, user_folder
 from stereo_lab.errors import CalibrationError, RecordingError, StereoLabError, SwappedSidesError
 from stereo_lab.recording import Recording, open_recording
+from stereo_lab.recording.strays import told_of_strays
 
 BROUGHT, KEPT, MADE = "it came with the recording", "kept from an earlier run", "made just now"
 NEAREST_MM, FARTHEST_MM = 200.0, 10_000.0  # of measured balls
@@ -59,6 +60,7 @@ def find_calibration(
     if key == TAKEN_OVER:
         raise CalibrationError(
             f"{recording.title} has no pictures of boards, in calibration/left and calibration/right."
+            f"{told_of_strays(recording.path)}"
         )
     return _make(recording, key, progress), MADE
 

@@ -5,6 +5,7 @@ ADVICE = {
     "picture_broken": "Copy the picture again, or take it again.",
     "picture_sizes": "Set both cameras to one size and take these pictures again.",
     "image_size": "Correct image_size in recording.json.",
+    "misnamed": "Give it the name that is looked for.",
     "table_broken": "Correct this line of measured.csv.",
     "left_alone": "Put the right camera's pictures into its folder right; or take the set away.",
     "no_table": "Write one, with the columns name,x_mm,y_mm,depth_mm; or take the folder away.",

@@ -19,6 +19,7 @@ from stereo_lab.doctor.pictures import Looked, look_at
 from stereo_lab.errors import StereoLabError
 from stereo_lab.recording import Recording, read_image
 from stereo_lab.recording.bounds import CHARUCO
+from stereo_lab.recording.strays import strays
 
 SHOWN = 3  # pairs in which the board is looked for first
 FEWEST = 4  # boards from which anything can be told
@@ -44,7 +45,7 @@ def check_recording(recording: Recording, progress: Progress | None = None) -> C
         What a recording does not have is no fault: without boards, or without measured balls, that part is passed over.
     """
     say = progress or (lambda *_: None)
-    findings: list[Finding] = []
+    findings = [Finding("misnamed", says, ADVICE["misnamed"], severity=STOPS) for says in strays(recording.path)]
     depth = _judged_at(recording, findings)
     cameras = _look_at_boards(recording, depth, findings, say)
     findings += cameras.findings

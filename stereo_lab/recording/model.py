@@ -12,6 +12,7 @@ from stereo_lab.kinematics import Registration, TwoLinkArm
 from stereo_lab.recording.bounds import place_mm, plain_name
 from stereo_lab.recording.pictures import PICTURES, without_ending
 from stereo_lab.recording.sample import Ball, Board, Position, Sample, StereoPair
+from stereo_lab.recording.strays import told_of_strays
 
 SHARED_OUT = ("position", "depth")  # sets that are fitted to; every line of their tables may be kept back
 USES = {**dict.fromkeys(SHARED_OUT, ("fit", "check")), "evaluation": ("plane", "volume")}
@@ -100,7 +101,7 @@ class Recording:
         if not left:
             there = ", ".join(self.sets) or "none"
             raise RecordingError(
-                f"{folder / 'left'} holds no pictures (.jpg or .png). Sets in this recording: {there}."
+                f"{folder / 'left'} holds no pictures (.jpg or .png). Sets in this recording: {there}.{told_of_strays(self.path)}"
             )
         right = pictures_in(folder / "right") if (folder / "right").is_dir() else {}
         if (folder / "right").is_dir():

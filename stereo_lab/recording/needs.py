@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from stereo_lab.recording.model import Recording
 from stereo_lab.recording.opening import open_recording
+from stereo_lab.recording.strays import told_of_strays
 
 BALL = "ball"  # any set of pictures of the ball, with or without numbers
 BOARDS = "boards"  # pictures of boards; a calibration may also have been taken over from elsewhere
@@ -36,7 +37,7 @@ def with_sets(recording: Recording, *needed: str) -> Recording:
     if lacking:
         take = "; ".join(TAKE[name] for name in lacking)
         print(
-            f"{recording.title}: what follows needs more than is there, so the shipped bench stands in. Take: {take}."
+            f"{recording.title}: what follows needs more than is there, so the shipped bench stands in. Take: {take}.{told_of_strays(recording.path)}"
         )
         return open_recording("bench")
     if "position" in needed and not recording.has_samples("evaluation"):

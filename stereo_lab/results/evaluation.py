@@ -17,6 +17,7 @@ from stereo_lab.errors import StereoLabError
 from stereo_lab.localization import Localizer, find_pair
 from stereo_lab.localization.doubt import RULER_SIGMA_MM
 from stereo_lab.recording import Position, Recording, Sample, open_recording
+from stereo_lab.recording.strays import told_of_strays
 from stereo_lab.results.limit import DepthLimit, sensor_noise
 
 METHODS = ("paper", "cone")
@@ -185,7 +186,9 @@ def evaluate(
     missing = [f"{name}/measured.csv" for name in ("position", "depth") if not recording.has_samples(name)]
     if missing:
         verb = "is" if len(missing) == 1 else "are"
-        results.failed["cone"] = f"Nothing can be located here: {' and '.join(missing)} {verb} missing."
+        results.failed["cone"] = (
+            f"Nothing can be located here: {' and '.join(missing)} {verb} missing.{told_of_strays(recording.path)}"
+        )
     else:
         judges = recording.judges()
         results.localizers["cone"] = Localizer.fit(recording, "cone", calibration, leave_out=judges)
