@@ -250,7 +250,7 @@ def test_a_mistake_in_a_whole_table(seed, name, what, spoilt):
     ],
 )
 def test_slips_of_the_hand(wrong, right, what):
-    told = slip_of(np.array(wrong, float), np.array(right) + 0.7, np.ones(3), np.zeros((0, 3)))
+    told = slip_of(np.array(wrong, float), np.array(right) + 0.7, np.ones(3))
     assert told is None if what is None else what in told
 
 
@@ -478,8 +478,8 @@ def test_a_table_that_fits_nowhere_stops(third_rig, tmp_path):
         rewrite(spoilt, name, lambda t: rng.uniform((-300, 0, 500), (300, 400, 1500), t.shape).round())
     checkup = check_recording(spoilt)
     assert [f.name for f in checkup.findings] == ["table_unfit"] and checkup.verdict == "wanting"
-    spoilt = spoil(third_rig, tmp_path / "shifted", [])
-    rewrite(spoilt, "position", lambda t: np.roll(t, 1, axis=0))
+    spoilt = spoil(third_rig, tmp_path / "one", [])
+    rewrite(spoilt, "position", lambda t: rng.uniform((-300, 0, 500), (300, 400, 1500), t.shape).round())
     finding = check_recording(spoilt).findings[0]
     assert finding.name == "table_unfit" and finding.severity == STOPS and "of the set position" in finding.says
 
@@ -644,3 +644,34 @@ def test_the_set_that_judges_is_looked_through(third_rig, tmp_path, name, change
     rewrite(spoilt, "evaluation", change)
     (finding,) = check_recording(spoilt).findings
     assert finding.name == name and all(file.startswith("evaluation/") for file in finding.files)
+
+
+@pytest.mark.parametrize("name", ["position", "depth"])
+@pytest.mark.parametrize("order", [[1, 0], [5, 0, 1, 2, 3, 4]])
+def test_lines_beside_each_others_pictures(third_rig, tmp_path, name, order):
+    spoilt = spoil(third_rig, tmp_path / "spoilt", [])
+    rewrite(spoilt, name, lambda t: t[[*order, *range(len(order), len(t))]])
+    (finding,) = check_recording(spoilt).findings
+    moved = [k for k, line in enumerate(order) if line != k]
+    assert finding.name == "lines_exchanged" and finding.severity == COSTS
+    assert finding.files == tuple(f"{name}/{k:03d}" for k in moved)
+    back = order.index(moved[0])  # the line of the first picture that has another one stands there
+    assert f"that of {name}/{back:03d} belongs to {name}/{moved[0]:03d}" in finding.says
+
+
+def test_squares_and_ball_in_centimetres_beside_good_tables(third_rig, tmp_path):
+    spoilt = spoil(third_rig, tmp_path / "spoilt", [])
+    facts = json.loads((spoilt.path / "recording.json").read_text())
+    facts["board"]["square_mm"] /= 10
+    facts["ball"]["diameter_mm"] /= 10
+    (spoilt.path / "recording.json").write_text(json.dumps(facts))
+    (finding,) = check_recording(open_recording(spoilt.path)).findings
+    assert finding.name == "square_unit" and "square_mm and diameter_mm are in centimetres" in finding.says
+
+
+def test_a_wrong_size_in_recording_json_is_told_once(third_rig, tmp_path):
+    spoilt = spoil(third_rig, tmp_path / "spoilt", [])
+    facts = json.loads((spoilt.path / "recording.json").read_text())
+    (spoilt.path / "recording.json").write_text(json.dumps({**facts, "image_size": [800, 600]}))
+    (finding,) = check_recording(open_recording(spoilt.path)).findings
+    assert finding.name == "image_size"

@@ -12,6 +12,7 @@ from stereo_lab.calibration.verdict import verdict_on
 from stereo_lab.calibration.views import View
 from stereo_lab.errors import CalibrationError, SwappedSidesError
 from stereo_lab.recording import StereoPair
+from stereo_lab.recording.bounds import unit_asked
 
 SIZE = (640, 480)
 
@@ -181,3 +182,10 @@ def test_a_focal_length_left_open_has_two_causes(rms_px, says):
     refusals.check_focal(4.9, rms_px)
     with pytest.raises(CalibrationError, match=says):
         refusals.check_focal(6.0, rms_px)
+
+
+def test_every_unit_that_squares_may_be_in_is_asked_after():
+    assert unit_asked(6, 2.5) == (
+        "Is square_mm in centimetres or inches? Then it is 25 or 63.5 mm, and they stand 60 or 152 mm apart."
+    )
+    assert unit_asked(60, 25) == ""

@@ -9,7 +9,7 @@ import numpy as np
 from stereo_lab.calibration.advice import depth_map, where_to_hold
 from stereo_lab.calibration.cameras import StereoCalibration
 from stereo_lab.recording import Board
-from stereo_lab.recording.bounds import PLAUSIBLE_BASELINE_MM, SQUARES_MM, told_mm, unit_of_squares
+from stereo_lab.recording.bounds import PLAUSIBLE_BASELINE_MM, SQUARES_MM, told_mm, unit_asked
 
 GOOD = 0.005  # of the distance: sigma of depth in nine tenths of the field,
 USABLE = 0.01  # or in half of it
@@ -79,13 +79,9 @@ def _unit_doubts(calibration, board):
     is_square = SQUARES_MM[0] <= square <= SQUARES_MM[1]
     usual = PLAUSIBLE_BASELINE_MM[0] <= baseline <= PLAUSIBLE_BASELINE_MM[1]
     possible = POSSIBLE_BASELINE_MM[0] <= baseline <= POSSIBLE_BASELINE_MM[1]
-    unit = unit_of_squares(baseline, square)
-    if is_square and (usual or possible and unit is None):
+    asked = unit_asked(baseline, square)
+    if is_square and (usual or possible and not asked):
         return
     worse, how = (0, "which is unusual") if is_square and possible else (2, "which cannot be")
     said = f"With squares of {square:g} mm the cameras would stand {told_mm(baseline)} mm apart, {how}."
-    todo = "Measure a square with a ruler, in millimetres."
-    if unit is not None:
-        factor, name = unit
-        todo = f"Is square_mm in {name}? Then it is {square * factor:g} mm and they stand {baseline * factor:.0f} mm apart."
-    yield worse, f"{said} {todo}"
+    yield worse, f"{said} {asked or 'Measure a square with a ruler, in millimetres.'}"

@@ -56,6 +56,7 @@ ADVICE = {
     "plane": "Measure depth from the left camera's plane in all sets.",
     "origin": "Measure x, and y, from one and the same point in all sets.",
     "table_unfit": "Look whether each line stands beside its own picture and in its own set, or measure the places again.",
+    "lines_exchanged": "Put each line beside its own picture, or correct the names in its first column.",
     "typing_slip": "Measure this place again and correct its line.",
     "sample_off": "Measure this place again, and look whether the picture shows the ball there.",
 }

@@ -18,7 +18,7 @@ from stereo_lab.doctor.known import Coverage, apart_mm, coverage_of, doubt_mm
 from stereo_lab.doctor.pairing import mend_pairs, turned_round
 from stereo_lab.doctor.pictures import Look
 from stereo_lab.errors import CalibrationError, StereoLabError
-from stereo_lab.recording.bounds import PLAUSIBLE_BASELINE_MM, SQUARES_MM, told_mm, unit_of_squares
+from stereo_lab.recording.bounds import PLAUSIBLE_BASELINE_MM, SQUARES_MM, told_mm, unit_asked, units_of_squares
 
 FEWEST = 4  # boards from which cameras can be told
 # Sigmas of a corner, as disparity: what good boards leave in doubt of depth, and what too few do
@@ -284,11 +284,10 @@ def _board(calibration, boards):
     baseline, square = calibration.baseline_mm, boards.board.square_mm
     if not low <= baseline <= high or not SQUARES_MM[0] <= square <= SQUARES_MM[1]:
         says = f"With squares of {square:g} mm the cameras stand {told_mm(baseline)} mm apart, which cannot be."
-        if (unit := unit_of_squares(baseline, square)) is not None:
-            factor, name = unit
-            says += f" Is square_mm in {name}? Then it is {square * factor:g} mm, and they stand {baseline * factor:.0f} mm apart."
+        if units := units_of_squares(baseline, square):
+            does = abs(1 - next(iter(units))) * calibration.depth_mm
             findings.append(
-                Finding("square_unit", says, ADVICE["square_unit"], (), abs(1 - factor) * calibration.depth_mm)
+                Finding("square_unit", f"{says} {unit_asked(baseline, square)}", ADVICE["square_unit"], (), does)
             )
         elif not low / 2 <= baseline <= 3 * high:
             findings.append(Finding("square_unit", says, ADVICE["square_unit"], (), calibration.depth_mm))

@@ -51,6 +51,8 @@ def check_recording(recording: Recording, progress: Progress | None = None) -> C
     findings += cameras.findings
     calibration = cameras.states[0] if cameras.states else None
     clean = None if calibration is None else _clean(calibration, findings)
+    if calibration is not None and any(finding.name == "image_size" for finding in findings):
+        recording = replace(recording, image_size=calibration.image_size)  # told once
     findings += _look_at_sets(recording, findings, say)
     if calibration is not None:
         findings = [replace(f, does_mm=cameras.noise_mm) if f.name in LIGHT else f for f in findings]
@@ -151,7 +153,6 @@ def _broken(set_name, spoilt):
 def _look_at_sets(recording, known, say):
     """What keeps a set of balls from being used at all, and is not known yet: a picture, the table, the other camera's half."""
     findings: list[Finding] = []
-    any_size = any(finding.name == "image_size" for finding in known)  # told once
     for name in (name for name in recording.sets if name != "calibration"):
         try:
             pairs = recording.pairs(name)
@@ -173,7 +174,7 @@ def _look_at_sets(recording, known, say):
             findings.append(Finding("half_missing", says, ADVICE["left_alone"], severity=STOPS))
         spoilt: dict[str, StereoLabError] = {}
         for done, pair in enumerate(pairs, 1):
-            if (why := _unread(replace(pair, image_size=None) if any_size else pair)) is not None:
+            if (why := _unread(pair)) is not None:
                 spoilt[pair.name] = why
             say(f"look at {name}", done, len(pairs))
         findings += _broken(name, spoilt)

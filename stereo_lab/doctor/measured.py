@@ -21,7 +21,7 @@ from stereo_lab.doctor.balls import (
 from stereo_lab.doctor.cameras import Cameras
 from stereo_lab.doctor.findings import STOPS, Evidence, Finding
 from stereo_lab.doctor.known import MOST
-from stereo_lab.doctor.numbers import AXES, RULER_MM, likeliest_table, place, slip_of
+from stereo_lab.doctor.numbers import AXES, WRONG_MM, likeliest_table, place, right_lines, slip_of
 from stereo_lab.doctor.scales import scale_by_ruler, scales_told, squares_or_table
 from stereo_lab.doctor.sides import exchanged_sets, listed, sides_told
 from stereo_lab.doctor.since import moved_up_or_down, turned_since
@@ -130,11 +130,14 @@ def _numbers(recording, calibration, seen, points, deep, clean, findings, swappe
         by_ball = recording.ball.diameter_mm / size
     by_ruler, sigma = scale_by_ruler(points, best, deep, clean / 2 / calibration.depth_mm)
     findings += scales_told(recording, calibration, by_ball, size_sigma / size, by_ruler, sigma, best)
-    if best.placed.cost > UNFIT * len(table) and np.percentile(best.placed.off, 75) > max(3 * RULER_MM, clean):
+    belongs = right_lines(best.table, best.placed, deep)
+    if _fits_nowhere(best.placed, belongs, clean):
         return Told([*findings, _unfit(best, seen)], mirror)
     if best.name not in ("as_is", "scale"):
         findings.append(_whole_table(best, table, seen))
-    findings += _lines(best, seen, table, points, deep)
+    if belongs:
+        findings.append(_exchanged(best, belongs, seen, points))
+    findings += _lines(best, seen, table, points, deep, belongs)
     return Told(findings, mirror)
 
 
@@ -149,6 +152,13 @@ def _seen_how(points, table, deep, best):
     return likeliest if looks_like_it or best.placed.cost >= costs[likeliest] + 1 else ""
 
 
+def _fits_nowhere(placed, belongs, clean):
+    """Whether most lines do not fit, those left aside that stand beside each other's pictures."""
+    rest = np.delete(placed.off, list(belongs))
+    cost = placed.cost - 3 * len(belongs)
+    return len(rest) < FEWEST or cost > UNFIT * len(rest) and np.percentile(rest, 75) > max(WRONG_MM, clean)
+
+
 def _how_far_off(best, seen, wrong):
     """How far each line is off; ``wrong``: the numbers of those at fault."""
     values = tuple((s.name, round(float(o), 1)) for s, o in zip(seen, best.placed.off, strict=True))
@@ -159,7 +169,7 @@ def _how_far_off(best, seen, wrong):
 def _unfit(best, seen):
     """A table, or that of one set, that fits nowhere, whichever mistake is undone."""
     off = best.placed.off
-    wrong = [k for k in range(len(seen)) if off[k] > 3 * RULER_MM]
+    wrong = [k for k in range(len(seen)) if off[k] > WRONG_MM]
     sets = sorted({seen[k].name.split("/")[0] for k in wrong})
     whose = f" of the {listed(sets)}" if len(sets) < len({s.name.split("/")[0] for s in seen}) else ""
     says = (
@@ -204,17 +214,25 @@ def _another_origin(best, files, other):
     return Finding(name, says, ADVICE[name], files, abs(by))
 
 
-def _lines(best, seen, table, points, deep):
-    """Single lines that do not fit, each with what a hand may have done."""
+def _exchanged(best, belongs, seen, points):
+    """Lines that stand beside each other's pictures."""
+    moves = [f"that of {seen[line].name} belongs to {seen[k].name}" for k, line in belongs.items()]
+    says = f"{len(moves)} lines stand beside another picture: {', '.join(moves[:4])}{', and so on' if len(moves) > 4 else ''}."
+    files = tuple(seen[k].name for k in belongs)
+    does = max(_pulls(points, best.table, k) for k in belongs)  # one by one: together they may cancel out by chance
+    evidence = _how_far_off(best, seen, list(belongs))
+    return Finding("lines_exchanged", says, ADVICE["lines_exchanged"], files, does, evidence=evidence)
+
+
+def _lines(best, seen, table, points, deep, belongs):
+    """Single lines that do not fit, each with what a hand may have done; those that belong to other pictures are told already."""
     off, told = best.placed.off, best.placed.told
-    limit = max(3 * RULER_MM, FAR_OFF * 1.4826 * float(np.median(off)))
-    wrong = np.flatnonzero(off > limit)
+    limit = max(WRONG_MM, FAR_OFF * 1.4826 * float(np.median(np.delete(off, list(belongs)))))
+    wrong = [k for k in np.flatnonzero(off > limit) if k not in belongs]
     seen_by, findings = _how_far_off(best, seen, wrong), []
     for k in wrong:
         weight = np.array([1, 1, 1 / deep[k]])
-        why = slip_of(
-            best.table[k], told[k], weight, np.delete(best.table, k, 0)[[w - (w > k) for w in wrong if w != k]]
-        )
+        why = slip_of(best.table[k], told[k], weight)
         away = np.abs(best.table[k] - told[k])
         axis = int(np.argmax(away * weight))
         # The numbers that are told then are the mended ones, not those in the file

@@ -15,7 +15,8 @@ import numpy as np
 
 from stereo_lab.position import kabsch
 
-RULER_MM = 3.0  # a ruler held by hand is not farther off than this; beyond three times that a line is wrong
+RULER_MM = 3.0  # a ruler held by hand is not farther off than this
+WRONG_MM = 3 * RULER_MM  # a line that is farther off is wrong
 DRAWS = 60  # of three lines each, from which a turn and shift are tried
 SEED = 0
 WRONG_WAY_DEG = 60.0  # x is to the right, y up and depth away, about: no bench is turned more than this
@@ -181,18 +182,35 @@ def _other_origin(points, table, deep, inside):
     return np.median((told - table)[inside], axis=0)
 
 
-def slip_of(line: np.ndarray, told: np.ndarray, weight: np.ndarray, others: np.ndarray) -> str | None:
+def right_lines(table: np.ndarray, placed: Placed, deep: np.ndarray) -> dict[int, int]:
+    """Of lines that do not fit those that stand beside each other's pictures: picture -> the line that belongs to it.
+
+    Parameters
+    ----------
+    table : ndarray, shape (N, 3), measured x, y and depth, mm
+    placed : Placed, what the cameras tell
+    deep : ndarray, shape (N,), as :func:`place` takes it
+    """
+    wrong, told, found = np.flatnonzero(placed.off > WRONG_MM), placed.told, {}
+    for k in wrong:
+        weight = np.array([1, 1, 1 / deep[k]])
+        off = {j: float(np.linalg.norm((table[j] - told[k]) * weight)) for j in wrong if j != k}
+        nearest = min(off, key=lambda j: off[j], default=None)
+        if nearest is not None and off[nearest] < WRONG_MM:
+            found[int(k)] = int(nearest)
+    return found
+
+
+def slip_of(line: np.ndarray, told: np.ndarray, weight: np.ndarray) -> str | None:
     """What a hand did to one line of a table, in words; None where nothing simple explains it.
 
     Parameters
     ----------
     line, told : ndarray, shape (3,), measured x, y and depth, and as the cameras tell them, mm
     weight : ndarray, shape (3,), how much a millimetre of each counts
-    others : ndarray, shape (M, 3), other lines that do not fit
     """
     tries = [(np.linalg.norm((line[list(o)] - told) * weight), "its columns are exchanged")
              for o in itertools.permutations(range(3)) if o != (0, 1, 2)]  # fmt: skip
-    tries += [(np.linalg.norm((other - told) * weight), "it is another picture's line") for other in others]
     tries += [(np.linalg.norm((line * f - told) * weight), f"it is in {unit}") for unit, f in UNITS.items()]
     for axis in range(3):
         rest = np.linalg.norm(np.delete((line - told) * weight, axis))

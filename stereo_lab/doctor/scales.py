@@ -9,7 +9,7 @@ import numpy as np
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.doctor.advice import ADVICE
 from stereo_lab.doctor.findings import NOTE, STOPS, Finding
-from stereo_lab.doctor.numbers import RULER_MM, UNITS, Mistake, place
+from stereo_lab.doctor.numbers import UNITS, WRONG_MM, Mistake, place
 from stereo_lab.localization.matching import SIZE
 from stereo_lab.position import kabsch
 from stereo_lab.recording import Recording
@@ -37,7 +37,7 @@ def squares_or_table(best: Mistake, by_ball: float, points: np.ndarray, table: n
         if abs(np.log(placed.scale)) > TWICE:  # the cameras' millimetres are none; the ruler's are
             placed = replace(place(placed.scale * points, table, deep), scale=placed.scale)
         return replace(best, name="scale", table=table, placed=placed)
-    if best.name == "scale" and not ball_off and abs(np.log(best.placed.scale)) > TWICE:
+    if best.name == "scale" and not ball_off and np.log(best.placed.scale) < -TWICE:
         unit = min(UNITS, key=lambda unit: abs(np.log(best.placed.scale * UNITS[unit])))
         mended = table * UNITS[unit]
         return replace(best, name="unit", what=unit, table=mended, placed=place(points, mended, deep))
@@ -53,7 +53,7 @@ def scale_by_ruler(points: np.ndarray, best: Mistake, deep: np.ndarray, known: f
     best : Mistake, with the table
     known : float, the part of themselves to which the cameras know depths
     """
-    near = best.placed.off < 3 * RULER_MM
+    near = best.placed.off < WRONG_MM
     if near.sum() < 4:
         return best.placed.scale, np.inf
     a, bench = points[near], (best.table * [1, 1, -1])[near]
@@ -100,7 +100,8 @@ def scales_told(
             does = abs(1 - 1 / by_ruler) * calibration.depth_mm
             return [Finding("unit", says, ADVICE["ball_and_table_unit"], (), does)]
         unit = _unit_of(by_ruler)
-        so = f"square_mm is in {unit}" if unit else f"the squares are {square * by_ruler:.1f} mm wide"
+        which = "square_mm is" if ball_off else "square_mm and diameter_mm are"
+        so = f"{which} in {unit}" if unit else f"the squares are {square * by_ruler:.1f} mm wide"
         says = (
             f"With squares of {square:g} mm the cameras stand {told_mm(baseline)} mm apart, and all measured places are "
             f"{by_ruler:.3g} times as far from each other as the cameras tell: {so}."

@@ -26,13 +26,24 @@ DICTIONARIES = {f"DICT_{bits}X{bits}_{count}": count for bits in (4, 5, 6, 7) fo
 COLORS = ("red", "orange", "yellow", "green", "blue")
 
 
-def unit_of_squares(baseline_mm: float, square_mm: float) -> tuple[float, str] | None:
-    """In which unit squares were told as if it were mm: (mm in it, its name), the likeliest with which all is plausible; or None."""
-    low, high = PLAUSIBLE_BASELINE_MM
-    for factor, name in UNIT_NAMES.items():
-        if low <= baseline_mm * factor <= high and SQUARES_MM[0] <= square_mm * factor <= SQUARES_MM[1]:
-            return factor, name
-    return None
+def units_of_squares(baseline_mm: float, square_mm: float) -> dict[float, str]:
+    """Of :data:`UNIT_NAMES` those in which squares may have been told as if they were mm: all is plausible with them."""
+    (low, high), (smallest, largest) = PLAUSIBLE_BASELINE_MM, SQUARES_MM
+    return {
+        factor: name
+        for factor, name in UNIT_NAMES.items()
+        if low <= baseline_mm * factor <= high and smallest <= square_mm * factor <= largest
+    }
+
+
+def unit_asked(baseline_mm: float, square_mm: float) -> str:
+    """A question after the unit of squares, and what follows from it; empty where no unit makes all plausible."""
+    units = units_of_squares(baseline_mm, square_mm)
+    squares, baselines = (" or ".join(told_mm(length * f) for f in units) for length in (square_mm, baseline_mm))
+    asked = (
+        f"Is square_mm in {' or '.join(units.values())}? Then it is {squares} mm, and they stand {baselines} mm apart."
+    )
+    return asked if units else ""
 
 
 def told_mm(length: float) -> str:
