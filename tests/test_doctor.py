@@ -659,6 +659,22 @@ def test_lines_beside_each_others_pictures(third_rig, tmp_path, name, order):
     assert f"that of {name}/{back:03d} belongs to {name}/{moved[0]:03d}" in finding.says
 
 
+@pytest.mark.parametrize(("name", "since"), [("position", 0), ("depth", 0), ("evaluation", 7)])
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_balls_of_which_one_side_is_numbered_anew(third_rig, tmp_path, name, since, side):
+    """A picture is missing on one side, and the others were renamed to fill the gap."""
+    spoilt = whole(third_rig, tmp_path / "spoilt")
+    one, other = (sorted((spoilt.path / name / s).iterdir()) for s in (side, "right" if side == "left" else "left"))
+    one[since].unlink(), other[-1].unlink()
+    for new, old in zip(one[since:], one[since + 1 :], strict=False):
+        old.rename(new)
+    table = spoilt.path / name / "measured.csv"
+    table.write_text("\n".join(table.read_text().splitlines()[:-1]) + "\n")
+    finding = check_recording(spoilt).findings[0]
+    assert finding.name == "pairs_shifted" and finding.files[0] == f"{name}/{since:03d}"
+    assert ("the next pair's" if side == "left" else "the previous pair's") in finding.says
+
+
 def test_squares_and_ball_in_centimetres_beside_good_tables(third_rig, tmp_path):
     spoilt = spoil(third_rig, tmp_path / "spoilt", [])
     facts = json.loads((spoilt.path / "recording.json").read_text())

@@ -28,8 +28,8 @@ class Sighting:
     ----------
     name : str, "position/003"
     sample : Sample
-    left, right : Detection or None
-    rows_px : float or None, how much lower the right picture shows a ball than the left one, where that is why they are not one
+    left, right : Detection or None, what each camera sees
+    rows_px : float or None, how much lower the right picture shows a ball than the left one, where they are not one by that
     """
 
     name: str
@@ -41,7 +41,7 @@ class Sighting:
     @property
     def seen(self) -> bool:
         """Whether both cameras see it."""
-        return self.left is not None and self.right is not None
+        return self.left is not None and self.right is not None and self.rows_px is None
 
 
 def state_of_balls(
@@ -79,7 +79,6 @@ def look_for_balls(
         rows_px = None
         if left is not None and right is not None and not _one_ball(calibration, left, right):
             rows_px = _rows_px(calibration, left, right)
-            left, right = None, None
         sightings.append(Sighting(name, sample, left, right, rows_px))
         if progress:
             progress(done, len(samples))
@@ -158,6 +157,9 @@ def _by_color(lost, ball):
 
 
 def _by_place(lost):
+    rows = [abs(s.rows_px) for s in lost if s.rows_px is not None]
+    if len(rows) > len(lost) / 2:
+        return "ball_lost", f"The two pictures show none in one place: their rows are {np.median(rows):.0f} px apart."
     sides = [side for side in ("left", "right") if sum(getattr(s, side) is None for s in lost) > len(lost) / 2]
-    where = "in neither picture" if len(sides) == 2 else f"in the {sides[0]} picture" if sides else "in one of them"
+    where = "in either picture" if len(sides) == 2 else f"in the {sides[0]} picture" if sides else "in one of them"
     return "ball_lost", f"It was not found {where}: out of the picture, covered, in shadow or burnt out."

@@ -22,8 +22,8 @@ from stereo_lab.doctor.cameras import Cameras
 from stereo_lab.doctor.findings import STOPS, Evidence, Finding
 from stereo_lab.doctor.known import MOST
 from stereo_lab.doctor.numbers import AXES, WRONG_MM, likeliest_table, place, right_lines, slip_of
+from stereo_lab.doctor.partners import exchanged_sets, listed, shifted_pairs, sides_told
 from stereo_lab.doctor.scales import scale_by_ruler, scales_told, squares_or_table
-from stereo_lab.doctor.sides import exchanged_sets, listed, sides_told
 from stereo_lab.doctor.since import moved_up_or_down, turned_since
 from stereo_lab.position import kabsch
 from stereo_lab.recording import Recording, Sample
@@ -69,6 +69,9 @@ def check_balls(
         return Told(told)
     calibration = state_of_balls(cameras.states, list(samples.values()), color, cameras.undo)
     sightings = look_for_balls(samples, color, recording.ball, calibration, cameras.undo, progress)
+    told += (shifted := shifted_pairs(sightings, calibration, cameras.undo))
+    apart = {name for finding in shifted for name in finding.files}
+    sightings = [s for s in sightings if s.name not in apart]
     seen = [s for s in sightings if s.seen]
     findings = told + _lost(sightings, recording)
     if len(seen) < FEWEST:

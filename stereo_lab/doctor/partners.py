@@ -1,4 +1,4 @@
-"""Left and right exchanged in some sets alone: as they are the cameras see no ball in one place, and exchanged they do."""
+"""Sets of balls whose left and right pictures do not belong together: exchanged with each other, or shifted by a pair."""
 
 from __future__ import annotations
 
@@ -9,13 +9,15 @@ import numpy as np
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.detection import BallColor, BallDetector, Detection
 from stereo_lab.doctor.advice import ADVICE
-from stereo_lab.doctor.balls import ROW_PX, TRIED
+from stereo_lab.doctor.balls import ROW_PX, TRIED, Sighting
 from stereo_lab.doctor.cameras import Cameras
 from stereo_lab.doctor.findings import STOPS, Finding
+from stereo_lab.doctor.suspects import SHIFTS
 from stereo_lab.errors import StereoLabError
 from stereo_lab.recording import Recording, StereoPair
 
 LEAST = 3  # pairs that must tell it
+MOST = 0.7  # of the pairs that are wrong a shift must explain
 ONE_SIZE = 1.25  # times larger or smaller than the others of its set, a ball is seen in the wrong place
 
 
@@ -32,11 +34,11 @@ def exchanged_sets(recording: Recording, color: BallColor, cameras: Cameras) -> 
     for name in (name for name in recording.sets if name != "calibration"):
         found = [balls for pair in _some_pairs(recording, name) if (balls := _both(pair, color))]
         as_is, crossed = (
-            max(_agreeing(state, cameras.undo, balls) for state in cameras.states)
+            max(_agreeing(state, cameras.undo, balls).sum() for state in cameras.states)
             for balls in (found, [pair[::-1] for pair in found])
         )
         if max(as_is, crossed) >= LEAST and min(as_is, crossed) <= max(as_is, crossed) / 3:
-            told[name] = crossed > as_is
+            told[name] = bool(crossed > as_is)
     return told
 
 
@@ -59,10 +61,12 @@ def _both(pair: StereoPair, color: BallColor) -> tuple[Detection, Detection] | N
     return None if left is None or right is None else (left, right)
 
 
-def _agreeing(calibration: StereoCalibration, undo: tuple[str, str], balls: list[tuple[Detection, Detection]]) -> int:
-    """In how many pairs both cameras see one ball: on one row, before them, and as large as in the others."""
+def _agreeing(
+    calibration: StereoCalibration, undo: tuple[str, str], balls: Sequence[tuple[Detection, Detection]]
+) -> np.ndarray:
+    """In which pairs both cameras see one ball, shape (N,): on one row, before them, and as large as in the others."""
     if not balls:
-        return 0
+        return np.zeros(0, bool)
     pixels = np.array([[ball.center_px for ball in pair] for pair in balls])
     for side, how in enumerate(undo):
         if how == "mirror":
@@ -70,10 +74,10 @@ def _agreeing(calibration: StereoCalibration, undo: tuple[str, str], balls: list
     left, right = (calibration.rectify_points(pixels[:, k], side) for k, side in enumerate(("left", "right")))
     depth = calibration.triangulate(left, right)[:, 2]
     before = (np.abs(left[:, 1] - right[:, 1]) < ROW_PX) & (depth > 0)
-    if not before.any():
-        return 0
-    size = np.array([pair[0].radius_px for pair in balls])[before] * depth[before]
-    return int((np.abs(np.log(size / np.median(size))) < np.log(ONE_SIZE)).sum())
+    if before.any():
+        size = np.array([pair[0].radius_px for pair in balls]) * np.where(before, depth, np.inf)
+        before &= np.abs(np.log(size / np.median(size[before]))) < np.log(ONE_SIZE)
+    return before
 
 
 def sides_told(recording: Recording, exchanged: dict[str, bool], swapped: bool) -> list[Finding]:
@@ -92,6 +96,51 @@ def sides_told(recording: Recording, exchanged: dict[str, bool], swapped: bool) 
     says = f"In the {listed(wrong)} left and right are exchanged, and in the {listed(right)} they are not."
     files = tuple(f"{name}/{pair.name}" for name in wrong for pair in recording.pairs(name))
     return [Finding("sides_swapped", says, ADVICE["set_swapped"], files, severity=STOPS)]
+
+
+def shifted_pairs(
+    sightings: Sequence[Sighting], calibration: StereoCalibration, undo: tuple[str, str]
+) -> list[Finding]:
+    """What is said where the left pictures of a set belong to the right ones of their neighbours.
+
+    Parameters
+    ----------
+    sightings : sequence of Sighting, in the order of the pictures
+    calibration : StereoCalibration
+    undo : (left, right), what must be done to pictures to be as they should
+    """
+    found = []
+    for set_name in dict.fromkeys(s.name.split("/")[0] for s in sightings):
+        inside = [s for s in sightings if s.name.split("/")[0] == set_name]
+        wrong = _together(inside, 0, calibration, undo) == 0
+        for by in SHIFTS if wrong.sum() >= LEAST else ():
+            other = _together(inside, by, calibration, undo)[wrong]
+            if (other == 1).sum() >= max(LEAST, MOST * (other >= 0).sum()):
+                since = int(wrong.argmax())  # after it one may fit by chance
+                files = tuple(s.name for s in inside[since:])
+                which = "next" if by > 0 else "previous"
+                whose = (
+                    f"the {which} pair's"
+                    if abs(by) == 1
+                    else f"that of the pair {abs(by)} places {'later' if by > 0 else 'earlier'}"
+                )
+                where = f"From {files[0]} on" if since else f"In the set {set_name}"
+                says = f"{where} each left picture belongs to {whose} right picture: one side lacks {abs(by)}."
+                found.append(Finding("pairs_shifted", says, ADVICE["pairs_shifted"], files, severity=STOPS))
+                break
+    return found
+
+
+def _together(sightings, by, calibration, undo):
+    """Of each left picture whether it and the right one so many places later show one ball: 1 or 0; -1 where that is not known."""
+    told = np.full(len(sightings), -1)
+    known = [
+        k
+        for k in range(len(sightings))
+        if 0 <= k + by < len(sightings) and sightings[k].left is not None and sightings[k + by].right is not None
+    ]
+    told[known] = _agreeing(calibration, undo, [(sightings[k].left, sightings[k + by].right) for k in known])
+    return told
 
 
 def listed(names: Sequence[str]) -> str:
