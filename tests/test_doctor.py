@@ -685,6 +685,15 @@ def test_squares_and_ball_in_centimetres_beside_good_tables(third_rig, tmp_path)
     assert finding.name == "square_unit" and "square_mm and diameter_mm are in centimetres" in finding.says
 
 
+def test_an_arm_in_centimetres(third_rig, tmp_path):
+    spoilt = spoil(third_rig, tmp_path / "spoilt", [])
+    facts = json.loads((spoilt.path / "recording.json").read_text())
+    arm = {**facts["arm"], "l1_mm": facts["arm"]["l1_mm"] / 10, "l2_mm": facts["arm"]["l2_mm"] / 10}
+    (spoilt.path / "recording.json").write_text(json.dumps({**facts, "arm": arm}))
+    (finding,) = check_recording(open_recording(spoilt.path)).findings
+    assert finding.name == "arm_unit" and "Is it in centimetres?" in finding.says
+
+
 def test_a_wrong_size_in_recording_json_is_told_once(third_rig, tmp_path):
     spoilt = spoil(third_rig, tmp_path / "spoilt", [])
     facts = json.loads((spoilt.path / "recording.json").read_text())

@@ -44,6 +44,7 @@ ADVICE = {
     "never_tilted": "Tilt the board to the left, to the right, forwards and backwards, by 20 to 40 degrees.",
     "one_place": "Hold the board in all parts of both pictures, to their corners, near and far.",
     "too_few_pairs": "Take 15 to 25 pairs.",
+    "arm_unit": "Write the arm's lengths into recording.json in millimetres.",
     "color_wrong": "Correct the ball's color in recording.json.",
     "color_too_narrow": "Light the ball more evenly, or learn it: stereo-lab train REC --out ball.json; then --color ball.json finds it.",
     "color_too_wide": "Take away what has the ball's colour, or use a ball of another one.",
