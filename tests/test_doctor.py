@@ -246,6 +246,7 @@ def test_a_mistake_in_a_whole_table(seed, name, what, spoilt):
         ([-100, 200, 752], [100, 200, 752], "another sign"),
         ([10, 20, 75], [100, 200, 752], "it is in centimetres"),
         ([200, 100, 752], [100, 200, 752], "its columns are exchanged"),
+        ([100, 200, 1.104], [100, 200, 1104], "a point between the thousands"),
         ([100, 200, 782], [100, 200, 752], None),
     ],
 )
@@ -673,6 +674,37 @@ def test_balls_of_which_one_side_is_numbered_anew(third_rig, tmp_path, name, sin
     finding = check_recording(spoilt).findings[0]
     assert finding.name == "pairs_shifted" and finding.files[0] == f"{name}/{since:03d}"
     assert ("the next pair's" if side == "left" else "the previous pair's") in finding.says
+
+
+def test_a_ruler_that_is_moved_in_the_middle_of_a_set(third_rig, tmp_path):
+    spoilt = spoil(third_rig, tmp_path / "spoilt", [])
+    rewrite(spoilt, "position", lambda t: t + np.outer(np.arange(len(t)) >= 4, [43, 27, 0]))
+    (finding,) = check_recording(spoilt).findings
+    assert finding.name == "moved_since" and finding.severity == COSTS and "From position/004 on all 4" in finding.says
+
+
+@pytest.mark.parametrize("name", ["position", "evaluation"])
+def test_one_set_that_is_wrong_is_not_a_small_part_of_many_good_lines(bench, tmp_path, name):
+    """Fifty-six good lines beside eight that lie on another plane."""
+    spoilt = whole(bench, tmp_path / "spoilt")
+    rewrite(spoilt, name, lambda t: t + [0, 0, 25])
+    assert check_recording(spoilt).findings[0].name == "plane"
+
+
+def test_a_set_whose_x_is_counted_from_the_other_side(third_rig, tmp_path):
+    spoilt = whole(third_rig, tmp_path / "spoilt")
+    rewrite(spoilt, "evaluation", lambda t: t * [-1, 1, 1] + [700, 0, 0])
+    (finding,) = check_recording(spoilt).findings
+    assert finding.name == "sign" and {file.split("/")[0] for file in finding.files} == {"evaluation"}
+    assert re.search("x is counted from the other side, as (699|700|701) − x", finding.says), finding.says
+
+
+def test_pictures_of_other_cameras_are_no_matter_of_colour(third_rig, tmp_path):
+    spoilt = whole(third_rig, tmp_path / "spoilt")
+    for file in (spoilt.path / "position" / "right").iterdir():  # as a camera would see it that points elsewhere
+        cv2.imwrite(str(file), np.roll(cv2.imread(str(file)), 40, axis=0))
+    (finding,) = check_recording(spoilt).findings
+    assert finding.name == "rows_apart" and len(finding.files) >= 6
 
 
 def test_squares_and_ball_in_centimetres_beside_good_tables(third_rig, tmp_path):

@@ -379,8 +379,8 @@ def _in_centimetres(folder):
 
 @pytest.mark.parametrize(("name", "spoil", "says"), [
     ("position", lambda _: None, None),
-    ("position", _exchange, "In 8 of 14 measured pairs no ball was found, and they are left out of the fit: position/000, "),
-    ("evaluation", _exchange, "In 24 of 24 pairs that judge no ball was found: evaluation/000, "),
+    ("position", _exchange, "In 8 of 14 measured pairs the two cameras show no ball in one place, and they are left out of the fit: position/000, "),
+    ("evaluation", _exchange, "In 24 of 24 pairs that judge the two cameras show no ball in one place: evaluation/000, "),
     ("evaluation", _in_centimetres, "24 of 24 places are off by more than 6 times what cameras and ruler leave in doubt"),
 ])  # fmt: skip
 def test_a_run_on_a_spoilt_recording_says_that_the_recording_is_at_fault(tmp_path, name, spoil, says):

@@ -133,7 +133,18 @@ def size_of_ball(
 
 def why_lost(lost: Sequence[Sighting], ball: Ball | None) -> tuple[str, str]:
     """Name and sentence for balls that were lost: another colour, one too narrow or too wide, or, of a few balls, none of these."""
-    return (ball and _by_color(lost, ball)) or _by_place(lost)
+    return _by_rows(lost) or (ball and _by_color(lost, ball)) or _by_place(lost)
+
+
+def _by_rows(lost):
+    """Both cameras see a ball in most of them, but not where the boards tell that one ball can be."""
+    rows = [abs(s.rows_px) for s in lost if s.rows_px is not None]
+    if len(rows) <= len(lost) / 2:
+        return None
+    says = (
+        f"Both cameras see a ball there, but on rows {np.median(rows):.0f} px apart, which the boards do not tell of."
+    )
+    return "rows_apart", says
 
 
 def _by_color(lost, ball):
@@ -157,9 +168,6 @@ def _by_color(lost, ball):
 
 
 def _by_place(lost):
-    rows = [abs(s.rows_px) for s in lost if s.rows_px is not None]
-    if len(rows) > len(lost) / 2:
-        return "ball_lost", f"The two pictures show none in one place: their rows are {np.median(rows):.0f} px apart."
     sides = [side for side in ("left", "right") if sum(getattr(s, side) is None for s in lost) > len(lost) / 2]
     where = "in either picture" if len(sides) == 2 else f"in the {sides[0]} picture" if sides else "in one of them"
     return "ball_lost", f"It was not found {where}: out of the picture, covered, in shadow or burnt out."

@@ -162,7 +162,8 @@ def _look_at_sets(recording, known, say):
         except StereoLabError as error:
             findings.append(_unreadable(error))
             continue
-        if name in SETS and not recording.has_samples(name):
+        misnamed = any(finding.name == "misnamed" and f"/{name}/" in finding.says for finding in known)
+        if name in SETS and not recording.has_samples(name) and not misnamed:
             says = f"{name} has pictures and no measured.csv, which tells where the ball was: they cannot be used."
             findings.append(Finding("no_table", says, ADVICE["no_table"]))  # what a recording lacks is no fault
         with_one = {sample.pair.name for sample in lines}

@@ -32,6 +32,7 @@ SETS = "position", "depth", "evaluation"
 UNFIT = 1.5  # in lines' worth a line: half of what they cost if none of them fitted
 FEWEST = 5  # balls from which a table can be judged
 LOST_PART = 0.2  # of the balls; fewer are a note
+LEAST_RUN = 3  # places that are off one after the other
 FAR_OFF = 4.0  # robust sigmas of all lines, beyond which a line is wrong; three times the ruler at least
 TURNED = {"": [1, 1, 1], "both_mirrored": [-1, 1, 1], "both_upside_down": [-1, -1, 1]}  # how places are turned by that
 
@@ -140,7 +141,7 @@ def _numbers(recording, calibration, seen, points, deep, clean, findings, swappe
         findings.append(_whole_table(best, table, seen))
     if belongs:
         findings.append(_exchanged(best, belongs, seen, points))
-    findings += _lines(best, seen, table, points, deep, belongs)
+    findings += _from_one_on(_lines(best, seen, table, points, deep, belongs), [s.name for s in seen])
     return Told(findings, mirror)
 
 
@@ -191,13 +192,17 @@ def _whole_table(best, table, seen):
         "columns": f"The measured columns{whose} fit when they are read as {best.what}.",
         "sign": f"The measured numbers{whose} fit when the sign of {best.what} is turned round.",
         "unit": f"The measured numbers{whose} fit when they are read as {best.what}.",
+        "side": f"The measured numbers{whose} fit when {best.what[-5:].split()[-1]} is counted from the other side, as {best.what}.",
         "unit_of_column": f"The measured numbers{whose} fit when {best.what.replace(' in ', ' is read as ')}.",
     }
     if best.name == "origin":
         return _another_origin(best, files, next(s.name for s in seen if s.name not in files).split("/")[0])
-    name = {"columns": "columns_exchanged", "sign": "sign", "unit": "unit", "unit_of_column": "unit"}[best.name]
+    name = {"columns": "columns_exchanged", "sign": "sign", "unit": "unit", "unit_of_column": "unit", "side": "sign"}[
+        best.name
+    ]
     does = float(np.percentile(np.linalg.norm(best.table - table, axis=1), MOST))
-    return Finding(name, says[best.name], ADVICE[name], files, does)
+    advice = ADVICE["other_side" if best.name == "side" else name]
+    return Finding(name, says[best.name], advice, files, does)
 
 
 def _another_origin(best, files, other):
@@ -222,7 +227,9 @@ def _exchanged(best, belongs, seen, points):
     moves = [f"that of {seen[line].name} belongs to {seen[k].name}" for k, line in belongs.items()]
     says = f"{len(moves)} lines stand beside another picture: {', '.join(moves[:4])}{', and so on' if len(moves) > 4 else ''}."
     files = tuple(seen[k].name for k in belongs)
-    does = max(_pulls(points, best.table, k) for k in belongs)  # one by one: together they may cancel out by chance
+    does = max(
+        _pulls(points, best.table, k, seen) for k in belongs
+    )  # one by one: together they may cancel out by chance
     evidence = _how_far_off(best, seen, list(belongs))
     return Finding("lines_exchanged", says, ADVICE["lines_exchanged"], files, does, evidence=evidence)
 
@@ -241,15 +248,34 @@ def _lines(best, seen, table, points, deep, belongs):
         # The numbers that are told then are the mended ones, not those in the file
         after = "" if np.array_equal(best.table[k], table[k]) else ", with that mended,"
         says = f"{seen[k].name}{after} does not fit by {away[axis]:.0f} mm in {AXES[axis]}: "
-        says += f"{why}." if why else f"measured {best.table[k][axis]:.0f}, and the cameras tell {told[k][axis]:.0f}."
-        does = _pulls(points, best.table, k)
+        says += f"{why}." if why else f"measured {best.table[k][axis]:.4g}, and the cameras tell {told[k][axis]:.0f}."
+        does = _pulls(points, best.table, k, seen)
         name = "typing_slip" if why else "sample_off"
         findings.append(Finding(name, says, ADVICE[name], (seen[k].name,), does, evidence=seen_by))
     return findings
 
 
-def _pulls(points, table, k):
-    """How far one line moves the other places, 95 % of them, in a least-squares fit that trusts every line, mm."""
-    bench, rest = table * [1, 1, -1], np.arange(len(table)) != k
-    told = [p @ r.T + s for p, (r, s) in ((points, kabsch(points, bench)), (points, kabsch(points[rest], bench[rest])))]
+def _from_one_on(lines, names):
+    """Where all places of a set are off from one picture on, and no slip explains it, one finding instead of many."""
+    for set_name in dict.fromkeys(name.split("/")[0] for name in names):
+        inside = [name for name in names if name.startswith(f"{set_name}/")]
+        off = [f for f in lines if f.name == "sample_off" and f.files[0] in inside]
+        if LEAST_RUN <= len(off) < len(inside) and {f.files[0] for f in off} == set(inside[-len(off) :]):
+            files = tuple(inside[-len(off) :])
+            says = f"From {files[0]} on all {len(off)} places are off, and none before: something was moved before that picture was taken."
+            does = max(f.does_mm for f in off)
+            moved = Finding("moved_since", says, ADVICE["moved_since"], files, does, evidence=off[0].evidence)
+            lines = [moved, *(f for f in lines if f not in off)]
+    return lines
+
+
+def _pulls(points, table, k, seen):
+    """How far one line moves places, 95 % of them, in a least-squares fit that trusts every line of its kind, mm.
+
+    Places are fitted to position and depth; evaluation, which judges them, is taken by itself.
+    """
+    judges = np.array([s.name.startswith("evaluation/") for s in seen])
+    alike = judges == judges[k]
+    rest, bench = alike & (np.arange(len(table)) != k), table * [1, 1, -1]
+    told = [points @ r.T + s for r, s in (kabsch(points[lines], bench[lines]) for lines in (alike, rest))]
     return float(np.percentile(np.linalg.norm(told[0] - told[1], axis=1), MOST))

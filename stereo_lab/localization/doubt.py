@@ -13,6 +13,7 @@ from stereo_lab.position import RigidFit
 CENTER_SIGMA_PX = 0.03  # how well a ball's centre is known, where no detection tells
 RULER_SIGMA_MM = 0.6  # a ruler read to whole millimetres
 SQUARE_SIGMA = 0.002  # of its length: a printer's squares, measured over the whole board with a ruler
+MISFIT = 6.0  # standard deviations: samples that are off by so much even then tell of no scale
 SURE = 3.0  # standard deviations by which the samples must contradict the squares to be believed
 
 
@@ -20,7 +21,9 @@ def fit_bench(camera_Nx3: np.ndarray, bench_Nx3: np.ndarray, sigma_Nx3: np.ndarr
     """Turn and shift on to the bench; with a scale where the samples surely contradict the board's squares."""
     free = RigidFit.fit(camera_Nx3, bench_Nx3, sigma_Nx3, free_scale=True)
     held = RigidFit.fit(camera_Nx3, bench_Nx3, sigma_Nx3)
-    return free if abs(free.scale - 1) > SURE * free.scale_sigma else held
+    misfit = np.linalg.norm(free.residuals_mm, axis=1) / np.linalg.norm(sigma_Nx3, axis=1)
+    believed = abs(free.scale - 1) > SURE * free.scale_sigma and np.median(misfit) < MISFIT
+    return free if believed else held
 
 
 def pixel_sigma(

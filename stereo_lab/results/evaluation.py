@@ -15,13 +15,13 @@ from stereo_lab.common.processes import on_all_cores
 from stereo_lab.detection import HUES, BallDetector, Detection
 from stereo_lab.errors import StereoLabError
 from stereo_lab.localization import Localizer, find_pair
-from stereo_lab.localization.doubt import RULER_SIGMA_MM
 from stereo_lab.recording import Position, Recording, Sample, open_recording
 from stereo_lab.recording.strays import told_of_strays
 from stereo_lab.results.limit import DepthLimit, sensor_noise
 
 METHODS = ("paper", "cone")
 AXES = ("x_mm", "y_mm", "depth_mm")
+BY_HAND_MM = 1.5  # standard deviation of a place that is measured with a ruler held by hand
 
 
 @dataclass(eq=False)
@@ -36,6 +36,7 @@ class Results:
     failed : dict, method -> why it could not be fitted
     snaps, clutter : dict, method -> its frames and how many were right; None without that set
     found : dict, method -> list of (Sample, Position or None)
+    fitted : list of (Sample, Position or None), of the samples that our way is fitted to
     centers : dict, method -> list of (du, dv), px: centre found minus true centre
     bare : names of the samples whose ball stands where no board was seen
     limit : DepthLimit of the volume poses; None where no two pictures tell the noise
@@ -49,6 +50,7 @@ class Results:
     snaps: dict | None = None
     clutter: dict | None = None
     found: dict[str, list[tuple[Sample, Position | None]]] = field(default_factory=dict)
+    fitted: list[tuple[Sample, Position | None]] = field(default_factory=list)
     centers: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
     bare: list[str] = field(default_factory=list)
     limit: DepthLimit | None = None
@@ -67,16 +69,6 @@ class Results:
         ]
         table = np.array(rows, float).reshape(-1, 4)
         return table[:, :3], table[:, 3]
-
-    def sigmas_off(self) -> dict[str, float]:
-        """How far off each place is by our way, in standard deviations of what cameras and ruler leave in doubt, by name."""
-        off = {}
-        for sample, place in self.found.get("cone", []):
-            if place is not None and place.sigma_mm is not None:
-                told, true = ([p.x_mm, p.y_mm, p.depth_mm] for p in (place, sample.reference))
-                sigmas = np.abs(np.subtract(told, true)) / np.hypot(place.sigma_mm, RULER_SIGMA_MM)
-                off[f"{sample.pair.set_name}/{sample.pair.name}"] = float(sigmas.max())
-        return off
 
     def facts(self) -> dict[str, Any]:
         """Everything as plain numbers, ready for JSON; None where the recording lacks the set."""
@@ -118,6 +110,22 @@ class Results:
                 facts[use]["missed"] = sum(p is None for _, p in rows)
         facts["missed"] = sum(p is None for _, p in self.found[method])
         return facts
+
+
+def sigmas_off(found: Sequence[tuple[Sample, Position | None]]) -> dict[str, float]:
+    """How far off each place is, in standard deviations of what cameras and ruler leave in doubt, by name.
+
+    Parameters
+    ----------
+    found : sequence of (Sample, Position or None)
+    """
+    off = {}
+    for sample, place in found:
+        if place is not None and place.sigma_mm is not None:
+            told, true = ([p.x_mm, p.y_mm, p.depth_mm] for p in (place, sample.reference))
+            sigmas = np.abs(np.subtract(told, true)) / np.hypot(place.sigma_mm, BY_HAND_MM)
+            off[f"{sample.pair.set_name}/{sample.pair.name}"] = float(sigmas.max())
+    return off
 
 
 def _spread(errors):
@@ -191,7 +199,10 @@ def evaluate(
         )
     else:
         judges = recording.judges()
-        results.localizers["cone"] = Localizer.fit(recording, "cone", calibration, leave_out=judges)
+        results.localizers["cone"] = ours = Localizer.fit(recording, "cone", calibration, leave_out=judges)
+        kept_back = {sample.pair for sample in judges}
+        samples = [s for name in ("position", "depth") for s in recording.samples(name) if s.pair not in kept_back]
+        results.fitted = [(s, ours.locate(s.pair.left, s.pair.right)) for s in samples]
         try:
             results.localizers["paper"] = Localizer.fit(recording, "paper", calibration)
         except StereoLabError as error:  # its few samples leave it nothing to fall back on; ours goes on

@@ -13,7 +13,7 @@ from stereo_lab.calibration import StereoCalibration, depth_map, where_to_hold
 from stereo_lab.common.files import write_whole
 from stereo_lab.errors import CalibrationError
 from stereo_lab.recording import Recording
-from stereo_lab.results.evaluation import Results
+from stereo_lab.results.evaluation import Results, sigmas_off
 from stereo_lab.results.figures import FIGURES
 
 CORNERS_NAMED = 3
@@ -90,7 +90,7 @@ def sentences(results: Results) -> list[str]:
             f"Depth: the paper tells of {PAPER_DEPTH_MM:.0f} mm on average; its method gives {theirs:.1f} mm here, "
             f"and fitting a cone and triangulating gives {ours:.1f} mm."
         )
-    far_off = {name: sigmas for name, sigmas in results.sigmas_off().items() if sigmas > FAR_OFF}
+    far_off = {name: sigmas for name, sigmas in sigmas_off(results.found.get("cone", [])).items() if sigmas > FAR_OFF}
     if results.limit is not None and not far_off:
         said.append(
             f"The noise of the pictures (from the set {results.limit.source}) moves a disparity by {facts['sigma_d_px']:.3f} px: "
@@ -117,12 +117,22 @@ def _doubts(results, far_off):
         count = len(fitted.residuals_mm) + len(fitted.missed)
         if fitted.missed:
             said.append(
-                f"In {len(fitted.missed)} of {count} measured pairs no ball was found, and they are left out of the fit: {_some(fitted.missed)}."
+                f"In {len(fitted.missed)} of {count} measured pairs the two cameras show no ball in one place, and they are left out of the "
+                f"fit: {_some(fitted.missed)}."
+            )
+        unlike = {name: sigmas for name, sigmas in sigmas_off(results.fitted).items() if sigmas > FAR_OFF}
+        if unlike:
+            worst = sorted(unlike, key=lambda name: -unlike[name])
+            said.append(
+                f"The measured samples contradict each other, {len(unlike)} of {count} by more than {FAR_OFF:.0f} times what cameras and "
+                f"ruler leave in doubt: {_some(worst)}."
             )
     judged = results.found.get("cone", [])
     missed = [f"{s.pair.set_name}/{s.pair.name}" for s, place in judged if place is None]
     if missed:
-        said.append(f"In {len(missed)} of {len(judged)} pairs that judge no ball was found: {_some(missed)}.")
+        said.append(
+            f"In {len(missed)} of {len(judged)} pairs that judge the two cameras show no ball in one place: {_some(missed)}."
+        )
     if far_off:
         worst = sorted(far_off, key=lambda name: -far_off[name])
         said.append(
