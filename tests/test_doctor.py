@@ -696,7 +696,7 @@ def test_a_set_whose_x_is_counted_from_the_other_side(third_rig, tmp_path):
     rewrite(spoilt, "evaluation", lambda t: t * [-1, 1, 1] + [700, 0, 0])
     (finding,) = check_recording(spoilt).findings
     assert finding.name == "sign" and {file.split("/")[0] for file in finding.files} == {"evaluation"}
-    assert re.search("x is counted from the other side, as (699|700|701) − x", finding.says), finding.says
+    assert re.search("they are counted from the other side, as (699|700|701) − x", finding.says), finding.says
 
 
 def test_pictures_of_other_cameras_are_no_matter_of_colour(third_rig, tmp_path):
@@ -705,6 +705,25 @@ def test_pictures_of_other_cameras_are_no_matter_of_colour(third_rig, tmp_path):
         cv2.imwrite(str(file), np.roll(cv2.imread(str(file)), 40, axis=0))
     (finding,) = check_recording(spoilt).findings
     assert finding.name == "rows_apart" and len(finding.files) >= 6
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("some", [(), ("depth",)])
+def test_depths_along_the_line_of_sight(seed, some):
+    points, table, deep = measured(seed)
+    inside = np.isin(SETS, some or SETS)
+    table[inside, 2] = np.linalg.norm(points, axis=1)[inside].round()
+    best = likeliest_table(points, table, deep, SETS)
+    assert (best.name, best.sets) == ("slant", some) and best.placed.off.max() < 12
+
+
+def test_a_picture_that_is_there_twice(third_rig, tmp_path):
+    spoilt = spoil(third_rig, tmp_path / "spoilt", [])
+    for side in ("left", "right"):
+        (old, new), depth = sorted((spoilt.path / "position" / side).iterdir())[2:4], spoilt.path / "depth" / side
+        shutil.copy(old, new), shutil.copy(old, depth / "005.jpg")
+    finding = next(f for f in check_recording(spoilt).findings if f.name == "picture_twice")
+    assert finding.files == ("position/002", "position/003") and "depth/005, to the last bit" in finding.says
 
 
 def test_squares_and_ball_in_centimetres_beside_good_tables(third_rig, tmp_path):

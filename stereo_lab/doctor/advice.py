@@ -1,7 +1,8 @@
 """What to do about each fault, in a sentence."""
 
 ADVICE = {
-    "half_missing": "Put the picture back, or take its other half away.",
+    "half_missing": "Put the picture back, or take its other half away: that of the same moment.",
+    "picture_twice": "Take the copy away, with its line in measured.csv, or put the right picture in its place.",
     "picture_broken": "Copy the picture again, or take it again.",
     "picture_sizes": "Set both cameras to one size and take these pictures again.",
     "image_size": "Correct image_size in recording.json.",
@@ -54,6 +55,7 @@ ADVICE = {
     "sign": "x grows to the right and y upwards, as the cameras see it: turn the sign of this column round.",
     "no_line": "Write a line for each picture, with its name, x, y and depth; or take the picture away.",
     "other_side": "Count it from the same point, and towards the same side, as in the other sets.",
+    "slant": "Measure depth straight away from the cameras, at right angles to the line between them, not along the line of sight.",
     "unit": "Write measured.csv in millimetres.",
     "ball_and_table_unit": "Write measured.csv and diameter_mm in millimetres.",
     "plane": "Measure depth from the left camera's plane in all sets.",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -55,7 +56,7 @@ def check_recording(recording: Recording, progress: Progress | None = None) -> C
     if calibration is not None and any(finding.name == "image_size" for finding in findings):
         recording = replace(recording, image_size=calibration.image_size)  # told once
     findings += _look_at_sets(recording, findings, say)
-    findings += _arm(recording)
+    findings += _twice(recording) + _arm(recording)
     if calibration is not None:
         findings = [replace(f, does_mm=cameras.noise_mm) if f.name in LIGHT else f for f in findings]
         findings = _look_at_balls(recording, cameras, clean, findings, say)
@@ -252,6 +253,30 @@ def _turned_board(looked: Looked, own: Recording) -> list[Finding]:
         return []
     says = f"The board is held with its {down} corners across and its {across} down, and recording.json says it the other way round."
     return [Finding("rows_columns_swapped", says, ADVICE["rows_columns_swapped"], (), 0.0)]
+
+
+def _twice(recording):
+    """Pictures that are there twice, to the last bit: no camera takes the same noise again."""
+    first: dict[tuple[str, bytes], str] = {}
+    copies: dict[str, str] = {}
+    for name in recording.sets:
+        try:
+            pairs = recording.pairs(name)
+        except StereoLabError:  # told elsewhere
+            continue
+        for pair in pairs:
+            for side, path in (("left", pair.left_path), ("right", pair.right_path)):
+                if path is not None:
+                    label = f"{name}/{pair.name}"
+                    other = first.setdefault((side, hashlib.sha256(path.read_bytes()).digest()), label)
+                    if other != label:
+                        copies[label] = other
+    if not copies:
+        return []
+    label, other = next(iter(copies.items()))
+    more = f" So do {len(copies) - 1} more." if len(copies) > 1 else ""
+    says = f"{label} shows the same picture as {other}, to the last bit: one of them is a copy.{more}"
+    return [Finding("picture_twice", says, ADVICE["picture_twice"], tuple(copies), severity=COSTS)]
 
 
 def _arm(recording):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stereo_lab.common.files import natural_key
 from stereo_lab.detection import BallColor
 from stereo_lab.doctor.advice import ADVICE
 from stereo_lab.doctor.balls import (
@@ -87,11 +88,11 @@ def check_balls(
 
 
 def _samples(recording, exchanged, swapped):
-    """All measured pairs by name, left and right as the cameras stand."""
+    """All measured pairs by name, in the order of the pictures, left and right as the cameras stand."""
     found: dict[str, Sample] = {}
     for name in SETS:
         if recording.has_samples(name):
-            for sample in recording.samples(name):
+            for sample in sorted(recording.samples(name), key=lambda s: natural_key(s.pair.left_path)):
                 if sample.pair.right_path is None:
                     continue
                 if exchanged.get(name, swapped):
@@ -192,14 +193,13 @@ def _whole_table(best, table, seen):
         "columns": f"The measured columns{whose} fit when they are read as {best.what}.",
         "sign": f"The measured numbers{whose} fit when the sign of {best.what} is turned round.",
         "unit": f"The measured numbers{whose} fit when they are read as {best.what}.",
-        "side": f"The measured numbers{whose} fit when {best.what[-5:].split()[-1]} is counted from the other side, as {best.what}.",
+        "side": f"The measured numbers{whose} fit when they are counted from the other side, as {best.what}.",
+        "slant": f"The measured depths{whose} fit when they are taken along the line of sight, from the lens to the ball.",
         "unit_of_column": f"The measured numbers{whose} fit when {best.what.replace(' in ', ' is read as ')}.",
     }
     if best.name == "origin":
         return _another_origin(best, files, next(s.name for s in seen if s.name not in files).split("/")[0])
-    name = {"columns": "columns_exchanged", "sign": "sign", "unit": "unit", "unit_of_column": "unit", "side": "sign"}[
-        best.name
-    ]
+    name = {"columns": "columns_exchanged", "side": "sign", "unit_of_column": "unit"}.get(best.name, best.name)
     does = float(np.percentile(np.linalg.norm(best.table - table, axis=1), MOST))
     advice = ADVICE["other_side" if best.name == "side" else name]
     return Finding(name, says[best.name], advice, files, does)
@@ -227,9 +227,8 @@ def _exchanged(best, belongs, seen, points):
     moves = [f"that of {seen[line].name} belongs to {seen[k].name}" for k, line in belongs.items()]
     says = f"{len(moves)} lines stand beside another picture: {', '.join(moves[:4])}{', and so on' if len(moves) > 4 else ''}."
     files = tuple(seen[k].name for k in belongs)
-    does = max(
-        _pulls(points, best.table, k, seen) for k in belongs
-    )  # one by one: together they may cancel out by chance
+    # One by one: together they may cancel out by chance
+    does = max(_pulls(points, best.table, k, seen) for k in belongs)
     evidence = _how_far_off(best, seen, list(belongs))
     return Finding("lines_exchanged", says, ADVICE["lines_exchanged"], files, does, evidence=evidence)
 
@@ -275,7 +274,9 @@ def _pulls(points, table, k, seen):
     Places are fitted to position and depth; evaluation, which judges them, is taken by itself.
     """
     judges = np.array([s.name.startswith("evaluation/") for s in seen])
-    alike = judges == judges[k]
-    rest, bench = alike & (np.arange(len(table)) != k), table * [1, 1, -1]
+    alike, bench = judges == judges[k], table * [1, 1, -1]
+    if alike.sum() < FEWEST:
+        alike = np.ones(len(table), bool)
+    rest = alike & (np.arange(len(table)) != k)
     told = [points @ r.T + s for r, s in (kabsch(points[lines], bench[lines]) for lines in (alike, rest))]
     return float(np.percentile(np.linalg.norm(told[0] - told[1], axis=1), MOST))

@@ -56,7 +56,7 @@ class Mistake:
 
     Attributes
     ----------
-    name : "as_is", "columns", "sign", "unit", "unit_of_column", "origin", "side" or "scale"
+    name : "as_is", "columns", "sign", "unit", "unit_of_column", "origin", "side", "slant" or "scale"
     what : str, in words: the columns, the unit, ...; of an origin the column, and by how many mm
     table : ndarray, shape (N, 3), measured x, y and depth without the mistake, mm
     placed : Placed
@@ -151,6 +151,9 @@ def likeliest_table(points: np.ndarray, table: np.ndarray, deep: np.ndarray, set
             by = _other_origin(points, turned, deep, inside)[axis]
             mended = turned + np.outer(np.where(inside, by, 0.0), np.arange(3) == axis)
             undo(SHIFTED + 0.4, "side", f"{by:.0f} − {AXES[axis]}", mended, (set_name,))
+    for some in ((), *parts):
+        inside = np.isin(sets, some or names)
+        undo(0.6 + ONE_SET * len(some), "slant", "", _straight_away(points, table, inside), some)
     scaled = place(points, table, deep, free_scale=True)
     found.append((scaled.cost + 0.6, Mistake("scale", f"{scaled.scale:.4f}", table, scaled)))
     cost, best = min(found, key=lambda f: f[0])
@@ -211,6 +214,15 @@ def right_lines(table: np.ndarray, placed: Placed, deep: np.ndarray) -> dict[int
         if nearest is not None and off[nearest] < WRONG_MM:
             found[int(k)] = int(nearest)
     return found
+
+
+def _straight_away(points, table, inside):
+    """The table with depths that were measured along the line of sight, from the lens to the ball, made straight ones."""
+    known = np.column_stack([points, np.ones(len(points))])
+    to_right, upwards = np.linalg.lstsq(known, table[:, :2], rcond=None)[0][:3].T  # as the other two columns tell
+    away = np.cross(upwards, to_right)
+    more = np.linalg.norm(points, axis=1) - points @ (away / np.linalg.norm(away))
+    return table - np.outer(np.where(inside, more, 0.0), [0, 0, 1])
 
 
 def slip_of(line: np.ndarray, told: np.ndarray, weight: np.ndarray) -> str | None:

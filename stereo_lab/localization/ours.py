@@ -82,7 +82,9 @@ class ConeWay:
         off = self.rigid.scale - 1
         if off == 0:
             return ""
-        mend = "Measure the whole board with a ruler."
+        mend = (
+            "Measure the whole board with a ruler. Is it right? Then a camera was turned after the boards were taken."
+        )
         if max(self.rigid.scale, 1 / self.rigid.scale) > FAR_OFF:
             mend = (
                 "No ruler is that far off: is square_mm or measured.csv in another unit? stereo-lab check says which."

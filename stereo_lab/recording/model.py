@@ -223,7 +223,7 @@ def _check_halves(folder, left, right):
             more = f" and {len(lost) - 1} more" if len(lost) > 1 else ""
             raise RecordingError(
                 f"{folder / side} has no picture {lost[0]}{more}: half of the pair is missing. "
-                "Put it back, or take its other half away.",
+                "Put it back, or take its other half away: that of the same moment, which need not be the last one.",
                 fault="half_missing",
             )
 

@@ -90,7 +90,7 @@ def sentences(results: Results) -> list[str]:
             f"Depth: the paper tells of {PAPER_DEPTH_MM:.0f} mm on average; its method gives {theirs:.1f} mm here, "
             f"and fitting a cone and triangulating gives {ours:.1f} mm."
         )
-    far_off = {name: sigmas for name, sigmas in sigmas_off(results.found.get("cone", [])).items() if sigmas > FAR_OFF}
+    far_off = _far_off(results.found.get("cone", []))
     if results.limit is not None and not far_off:
         said.append(
             f"The noise of the pictures (from the set {results.limit.source}) moves a disparity by {facts['sigma_d_px']:.3f} px: "
@@ -120,12 +120,10 @@ def _doubts(results, far_off):
                 f"In {len(fitted.missed)} of {count} measured pairs the two cameras show no ball in one place, and they are left out of the "
                 f"fit: {_some(fitted.missed)}."
             )
-        unlike = {name: sigmas for name, sigmas in sigmas_off(results.fitted).items() if sigmas > FAR_OFF}
-        if unlike:
-            worst = sorted(unlike, key=lambda name: -unlike[name])
+        if unlike := _far_off(results.fitted):
             said.append(
                 f"The measured samples contradict each other, {len(unlike)} of {count} by more than {FAR_OFF:.0f} times what cameras and "
-                f"ruler leave in doubt: {_some(worst)}."
+                f"ruler leave in doubt: {_some(list(unlike))}."
             )
     judged = results.found.get("cone", [])
     missed = [f"{s.pair.set_name}/{s.pair.name}" for s, place in judged if place is None]
@@ -134,12 +132,18 @@ def _doubts(results, far_off):
             f"In {len(missed)} of {len(judged)} pairs that judge the two cameras show no ball in one place: {_some(missed)}."
         )
     if far_off:
-        worst = sorted(far_off, key=lambda name: -far_off[name])
+        verb = "is" if len(far_off) == 1 else "are"
         said.append(
-            f"{len(far_off)} of {len(judged)} places {'is' if len(far_off) == 1 else 'are'} off by more than {FAR_OFF:.0f} times what cameras and ruler leave in doubt, "
-            f"the worst by {far_off[worst[0]]:.0f} times: {_some(worst)}."
+            f"{len(far_off)} of {len(judged)} places {verb} off by more than {FAR_OFF:.0f} times what cameras and ruler leave in "
+            f"doubt, the worst by {max(far_off.values()):.0f} times: {_some(list(far_off))}."
         )
     return [*said, f"What is wrong there, and what to do: stereo-lab check {results.recording.path}"] if said else []
+
+
+def _far_off(found):
+    """Places that neither cameras nor ruler explain: name -> how many standard deviations off, the worst first."""
+    off = {name: sigmas for name, sigmas in sigmas_off(found).items() if sigmas > FAR_OFF}
+    return dict(sorted(off.items(), key=lambda item: -item[1]))
 
 
 def _some(names):
