@@ -1,6 +1,7 @@
 """The doctor: recordings spoilt in one way each, at several strengths, and good ones that must come out clean."""
 
 import json
+import os
 import re
 import shutil
 from dataclasses import replace
@@ -724,6 +725,24 @@ def test_a_picture_that_is_there_twice(third_rig, tmp_path):
         shutil.copy(old, new), shutil.copy(old, depth / "005.jpg")
     finding = next(f for f in check_recording(spoilt).findings if f.name == "picture_twice")
     assert finding.files == ("position/002", "position/003") and "depth/005, to the last bit" in finding.says
+
+
+def test_balls_numbered_anew_beside_a_mirror_image(third_rig, tmp_path):
+    spoilt = spoil(third_rig, tmp_path / "spoilt", ["mirrored"])
+    right = sorted((spoilt.path / "position" / "right").iterdir())
+    contents = [file.read_bytes() for file in right]
+    for file, content in zip(right, [*contents[1:], contents[0]], strict=True):
+        file.write_bytes(content)
+    assert {"mirrored", "pairs_shifted"} <= {f.name for f in check_recording(spoilt).findings}
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes with names are not to be had there")
+def test_a_pipe_among_the_balls_is_not_waited_for(third_rig, tmp_path):
+    spoilt = spoil(third_rig, tmp_path / "spoilt", [])
+    picture = spoilt.path / "position" / "left" / "003.jpg"
+    picture.unlink()
+    os.mkfifo(picture)
+    assert "picture_broken" in {f.name for f in check_recording(spoilt).findings}
 
 
 def test_squares_and_ball_in_centimetres_beside_good_tables(third_rig, tmp_path):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -13,20 +12,20 @@ from stereo_lab.calibration.store import JUDGED_AT_MM, boards_of, distance_mm
 from stereo_lab.common.threads import one_thread
 from stereo_lab.doctor.advice import ADVICE
 from stereo_lab.doctor.cameras import Cameras, check_cameras
-from stereo_lab.doctor.findings import COSTS, NOTE, STOPS, Checkup, Finding, in_order, severity_of
+from stereo_lab.doctor.findings import NOTE, STOPS, Checkup, Finding, in_order, severity_of
 from stereo_lab.doctor.known import doubt_mm, noise_mm
 from stereo_lab.doctor.measured import SETS, check_balls
-from stereo_lab.doctor.pictures import Looked, look_at
+from stereo_lab.doctor.pictures import Looked, copies_told, look_at
+from stereo_lab.doctor.scales import arm_told
 from stereo_lab.errors import StereoLabError
 from stereo_lab.recording import Recording, read_image
-from stereo_lab.recording.bounds import CHARUCO, UNIT_NAMES, told_mm
+from stereo_lab.recording.bounds import CHARUCO
 from stereo_lab.recording.strays import strays
 
 SHOWN = 3  # pairs in which the board is looked for first
 FEWEST = 4  # boards from which anything can be told
 BURNT, DARK, BLOCKS = 0.5, 30.0, 2.0  # part of the white squares, of 255, times: see pictures.Look
 SPOILT_PART = 0.3  # of the pictures
-MOST_REACH = 4.0  # times the farthest place: no arm for this bench reaches farther
 LIGHT = {"over_exposed", "under_exposed", "compressed"}  # they cost what the corners' noise costs
 LACKS = {"blur", "too_few_pairs", "never_tilted", "one_place", "board_far"}  # of boards: more of them help
 
@@ -56,7 +55,7 @@ def check_recording(recording: Recording, progress: Progress | None = None) -> C
     if calibration is not None and any(finding.name == "image_size" for finding in findings):
         recording = replace(recording, image_size=calibration.image_size)  # told once
     findings += _look_at_sets(recording, findings, say)
-    findings += _twice(recording) + _arm(recording)
+    findings += copies_told(recording) + arm_told(recording)
     if calibration is not None:
         findings = [replace(f, does_mm=cameras.noise_mm) if f.name in LIGHT else f for f in findings]
         findings = _look_at_balls(recording, cameras, clean, findings, say)
@@ -253,50 +252,6 @@ def _turned_board(looked: Looked, own: Recording) -> list[Finding]:
         return []
     says = f"The board is held with its {down} corners across and its {across} down, and recording.json says it the other way round."
     return [Finding("rows_columns_swapped", says, ADVICE["rows_columns_swapped"], (), 0.0)]
-
-
-def _twice(recording):
-    """Pictures that are there twice, to the last bit: no camera takes the same noise again."""
-    first: dict[tuple[str, bytes], str] = {}
-    copies: dict[str, str] = {}
-    for name in recording.sets:
-        try:
-            pairs = recording.pairs(name)
-        except StereoLabError:  # told elsewhere
-            continue
-        for pair in pairs:
-            for side, path in (("left", pair.left_path), ("right", pair.right_path)):
-                if path is not None:
-                    label = f"{name}/{pair.name}"
-                    other = first.setdefault((side, hashlib.sha256(path.read_bytes()).digest()), label)
-                    if other != label:
-                        copies[label] = other
-    if not copies:
-        return []
-    label, other = next(iter(copies.items()))
-    more = f" So do {len(copies) - 1} more." if len(copies) > 1 else ""
-    says = f"{label} shows the same picture as {other}, to the last bit: one of them is a copy.{more}"
-    return [Finding("picture_twice", says, ADVICE["picture_twice"], tuple(copies), severity=COSTS)]
-
-
-def _arm(recording):
-    """An arm so short that it reaches none of the places in its own plane, and that would in another unit."""
-    try:
-        places = [] if recording.arm_is_shipped else [s.measured for s in recording.samples("position")]
-    except StereoLabError:  # told elsewhere
-        return []
-    reach = recording.arm.l1_mm + recording.arm.l2_mm
-    far = np.hypot([place.x_mm for place in places], [place.y_mm for place in places])
-    unit = next(
-        (f for f in UNIT_NAMES if f > 1 and len(far) and np.median(far) < f * reach < MOST_REACH * far.max()), None
-    )
-    if unit is None or far.min() < reach:
-        return []
-    says = (
-        f"The arm of recording.json reaches {told_mm(reach)} mm, and none of the {len(far)} places of position, which lie in its plane, is so near. "
-        f"Is it in {UNIT_NAMES[unit]}? Then it reaches {told_mm(unit * reach)} mm."
-    )
-    return [Finding("arm_unit", says, ADVICE["arm_unit"], severity=COSTS)]
 
 
 def _look_at_balls(recording, cameras, clean, findings, say):

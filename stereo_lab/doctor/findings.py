@@ -110,6 +110,12 @@ class Checkup:
         }
 
 
+def listed(what: str, names: Sequence[str]) -> str:
+    """Some of a kind in words: "set depth", "sets depth, position and track"."""
+    *others, last = names
+    return f"{what}s {', '.join(others)} and {last}" if others else f"{what} {last}"
+
+
 def _told(mm):
     """As JSON can tell it: what is endless or unknown is none."""
     return None if mm is None or not math.isfinite(mm) else round(mm, 2)

@@ -20,10 +20,10 @@ from stereo_lab.doctor.balls import (
     why_lost,
 )
 from stereo_lab.doctor.cameras import Cameras
-from stereo_lab.doctor.findings import STOPS, Evidence, Finding
+from stereo_lab.doctor.findings import STOPS, Evidence, Finding, listed
 from stereo_lab.doctor.known import MOST
 from stereo_lab.doctor.numbers import AXES, WRONG_MM, likeliest_table, place, right_lines, slip_of
-from stereo_lab.doctor.partners import exchanged_sets, listed, shifted_pairs, sides_told
+from stereo_lab.doctor.partners import exchanged_sets, shifted_pairs, sides_told
 from stereo_lab.doctor.scales import scale_by_ruler, scales_told, squares_or_table
 from stereo_lab.doctor.since import moved_up_or_down, turned_since
 from stereo_lab.position import kabsch
@@ -71,7 +71,7 @@ def check_balls(
         return Told(told)
     calibration = state_of_balls(cameras.states, list(samples.values()), color, cameras.undo)
     sightings = look_for_balls(samples, color, recording.ball, calibration, cameras.undo, progress)
-    told += (shifted := shifted_pairs(sightings, calibration, cameras.undo))
+    told += (shifted := shifted_pairs(sightings, calibration))
     apart = {name for finding in shifted for name in finding.files}
     sightings = [s for s in sightings if s.name not in apart]
     seen = [s for s in sightings if s.seen]
@@ -176,7 +176,7 @@ def _unfit(best, seen):
     off = best.placed.off
     wrong = [k for k in range(len(seen)) if off[k] > WRONG_MM]
     sets = sorted({seen[k].name.split("/")[0] for k in wrong})
-    whose = f" of the {listed(sets)}" if len(sets) < len({s.name.split("/")[0] for s in seen}) else ""
+    whose = f" of the {listed('set', sets)}" if len(sets) < len({s.name.split("/")[0] for s in seen}) else ""
     says = (
         f"{len(wrong)} measured places{whose} do not fit what the cameras see, however they are turned: half of these are off by "
         f"{np.median(off[wrong]):.0f} mm or more, and no single mistake explains it."
@@ -187,7 +187,7 @@ def _unfit(best, seen):
 
 def _whole_table(best, table, seen):
     """A mistake of all tables, or of those of some sets."""
-    whose = f" of the {listed(best.sets)}" if best.sets else ""
+    whose = f" of the {listed('set', best.sets)}" if best.sets else ""
     files = tuple(s.name for s in seen if not best.sets or s.name.split("/")[0] in best.sets)
     says = {
         "columns": f"The measured columns{whose} fit when they are read as {best.what}.",

@@ -98,8 +98,13 @@ def _placed(points, bench, deep, some, free_scale):
     off = _weighed(told - bench, points @ rotation.T, deep) / np.clip(scale, 1e-6, 1.0)  # in the larger of two units
     away = np.degrees(np.arccos(np.clip((np.trace(rotation @ TO_BENCH.T) - 1) / 2, -1, 1)))
     turned = bool(away > WRONG_WAY_DEG)
-    cost = 3 * np.minimum(off / RULER_MM / 3, 1).sum() + 0.5 * len(points) * turned
+    cost = _in_lines(off).sum() + 0.5 * len(points) * turned
     return Placed(float(cost), told * [1, 1, -1], off, float(scale), turned)
+
+
+def _in_lines(off):
+    """What each line costs that is so far off: a wrong one as much as three that are off by as much as a ruler may be."""
+    return 3 * np.minimum(off / WRONG_MM, 1)
 
 
 def _weighed(away, seen, deep):
@@ -162,7 +167,7 @@ def likeliest_table(points: np.ndarray, table: np.ndarray, deep: np.ndarray, set
 
 def _agree(placed, sets):
     """Whether the lines of each set agree with the cameras: of many good lines one set's mistake is a small part."""
-    lines = 3 * np.minimum(placed.off / WRONG_MM, 1)
+    lines = _in_lines(placed.off)
     names = np.asarray(sets)
     return not placed.turned and all(lines[names == name].mean() < AGREE for name in set(sets))
 

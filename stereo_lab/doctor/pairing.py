@@ -9,7 +9,7 @@ import numpy as np
 from stereo_lab.calibration.bundle import Rig
 from stereo_lab.common.files import natural_key
 from stereo_lab.doctor.boards import Boards
-from stereo_lab.doctor.findings import Evidence
+from stereo_lab.doctor.findings import Evidence, listed
 from stereo_lab.doctor.steps import (
     ALL_DIFFER,
     FEWEST,
@@ -21,7 +21,7 @@ from stereo_lab.doctor.steps import (
     pictures_slip,
     what_changed,
 )
-from stereo_lab.doctor.suspects import AS_IS, Suspect, likeliest
+from stereo_lab.doctor.suspects import AS_IS, Suspect, likeliest, shift_in_words
 from stereo_lab.errors import CalibrationError
 
 ROUNDS = 5
@@ -140,14 +140,8 @@ def _in_words(told, boards):
     """Name, sentence and pairs of a suspect."""
     name = told["name"]
     if name == "shifted":
-        by = abs(told["by"])
-        other = "next" if told["by"] > 0 else "previous"
-        how = (
-            f"the {other} pair's"
-            if by == 1
-            else f"that of the pair {by} places {'later' if told['by'] > 0 else 'earlier'}"
-        )
-        return "pairs_shifted", f"Each left picture belongs to {how} right picture: one side lacks {by}.", boards.names
+        words = shift_in_words(told["by"])
+        return "pairs_shifted", words[0].upper() + words[1:], boards.names
     if name == "exchanged":
         pairs = tuple(str(n) for n in told["pairs"])
         return "cameras_exchanged", f"In {_some(pairs)} left and right are exchanged, and in the others not.", pairs
@@ -166,10 +160,8 @@ def _in_words(told, boards):
 
 def _some(pairs):
     """A few names, and how many more."""
-    if len(pairs) == 1:
-        return f"pair {pairs[0]}"
     if len(pairs) <= 4:
-        return f"pairs {', '.join(pairs[:-1])} and {pairs[-1]}"
+        return listed("pair", pairs)
     return f"pairs {pairs[0]} to {pairs[-1]} ({len(pairs)} of them)"
 
 

@@ -11,8 +11,8 @@ from stereo_lab.detection import BallColor, BallDetector, Detection
 from stereo_lab.doctor.advice import ADVICE
 from stereo_lab.doctor.balls import ROW_PX, TRIED, Sighting
 from stereo_lab.doctor.cameras import Cameras
-from stereo_lab.doctor.findings import STOPS, Finding
-from stereo_lab.doctor.suspects import SHIFTS
+from stereo_lab.doctor.findings import STOPS, Finding, listed
+from stereo_lab.doctor.suspects import SHIFTS, shift_in_words
 from stereo_lab.errors import StereoLabError
 from stereo_lab.recording import Recording, StereoPair
 
@@ -34,7 +34,7 @@ def exchanged_sets(recording: Recording, color: BallColor, cameras: Cameras) -> 
     for name in (name for name in recording.sets if name != "calibration"):
         found = [balls for pair in _some_pairs(recording, name) if (balls := _both(pair, color))]
         as_is, crossed = (
-            max(_agreeing(state, cameras.undo, balls).sum() for state in cameras.states)
+            max(_agreeing(state, balls, cameras.undo).sum() for state in cameras.states)
             for balls in (found, [pair[::-1] for pair in found])
         )
         if max(as_is, crossed) >= LEAST and min(as_is, crossed) <= max(as_is, crossed) / 3:
@@ -62,9 +62,14 @@ def _both(pair: StereoPair, color: BallColor) -> tuple[Detection, Detection] | N
 
 
 def _agreeing(
-    calibration: StereoCalibration, undo: tuple[str, str], balls: Sequence[tuple[Detection, Detection]]
+    calibration: StereoCalibration,
+    balls: Sequence[tuple[Detection, Detection]],
+    undo: tuple[str, str] = ("", ""),
 ) -> np.ndarray:
-    """In which pairs both cameras see one ball, shape (N,): on one row, before them, and as large as in the others."""
+    """In which pairs both cameras see one ball, shape (N,): on one row, before them, and as large as in the others.
+
+    ``undo``: what is still to be done to the pictures that the balls were found in.
+    """
     if not balls:
         return np.zeros(0, bool)
     pixels = np.array([[ball.center_px for ball in pair] for pair in balls])
@@ -93,45 +98,38 @@ def sides_told(recording: Recording, exchanged: dict[str, bool], swapped: bool) 
     wrong, right = ([name for name, is_wrong in there.items() if is_wrong is which] for which in (True, False))
     if not wrong or not right:
         return []
-    says = f"In the {listed(wrong)} left and right are exchanged, and in the {listed(right)} they are not."
+    says = (
+        f"In the {listed('set', wrong)} left and right are exchanged, and in the {listed('set', right)} they are not."
+    )
     files = tuple(f"{name}/{pair.name}" for name in wrong for pair in recording.pairs(name))
     return [Finding("sides_swapped", says, ADVICE["set_swapped"], files, severity=STOPS)]
 
 
-def shifted_pairs(
-    sightings: Sequence[Sighting], calibration: StereoCalibration, undo: tuple[str, str]
-) -> list[Finding]:
+def shifted_pairs(sightings: Sequence[Sighting], calibration: StereoCalibration) -> list[Finding]:
     """What is said where the left pictures of a set belong to the right ones of their neighbours.
 
     Parameters
     ----------
     sightings : sequence of Sighting, in the order of the pictures
     calibration : StereoCalibration
-    undo : (left, right), what must be done to pictures to be as they should
     """
     found = []
     for set_name in dict.fromkeys(s.name.split("/")[0] for s in sightings):
         inside = [s for s in sightings if s.name.split("/")[0] == set_name]
-        wrong = _together(inside, 0, calibration, undo) == 0
+        wrong = _together(inside, 0, calibration) == 0
         for by in SHIFTS if wrong.sum() >= LEAST else ():
-            other = _together(inside, by, calibration, undo)[wrong]
+            other = _together(inside, by, calibration)[wrong]
             if (other == 1).sum() >= max(LEAST, MOST * (other >= 0).sum()):
                 since = int(wrong.argmax())  # after it one may fit by chance
                 files = tuple(s.name for s in inside[since:])
-                which = "next" if by > 0 else "previous"
-                whose = (
-                    f"the {which} pair's"
-                    if abs(by) == 1
-                    else f"that of the pair {abs(by)} places {'later' if by > 0 else 'earlier'}"
-                )
                 where = f"From {files[0]} on" if since else f"In the set {set_name}"
-                says = f"{where} each left picture belongs to {whose} right picture: one side lacks {abs(by)}."
+                says = f"{where} {shift_in_words(by)}"
                 found.append(Finding("pairs_shifted", says, ADVICE["pairs_shifted"], files, severity=STOPS))
                 break
     return found
 
 
-def _together(sightings, by, calibration, undo):
+def _together(sightings, by, calibration):
     """Of each left picture whether it and the right one so many places later show one ball: 1 or 0; -1 where that is not known."""
     told = np.full(len(sightings), -1)
     known = [
@@ -139,11 +137,5 @@ def _together(sightings, by, calibration, undo):
         for k in range(len(sightings))
         if 0 <= k + by < len(sightings) and sightings[k].left is not None and sightings[k + by].right is not None
     ]
-    told[known] = _agreeing(calibration, undo, [(sightings[k].left, sightings[k + by].right) for k in known])
+    told[known] = _agreeing(calibration, [(sightings[k].left, sightings[k + by].right) for k in known])
     return told
-
-
-def listed(names: Sequence[str]) -> str:
-    """Names of sets in words: "set depth", "sets depth, position and track"."""
-    *others, last = names
-    return f"sets {', '.join(others)} and {last}" if others else f"set {last}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,8 +11,12 @@ import cv2
 import numpy as np
 
 from stereo_lab.calibration import find_corners, match_order
+from stereo_lab.common.files import read_bytes
+from stereo_lab.doctor.advice import ADVICE
 from stereo_lab.doctor.boards import Boards
-from stereo_lab.recording import Board, StereoPair, read_image
+from stereo_lab.doctor.findings import COSTS, Finding
+from stereo_lab.errors import StereoLabError
+from stereo_lab.recording import Board, Recording, StereoPair, read_image
 
 BLOCK = 8  # pixels, of JPEG
 WHITE = 252  # of 255: brighter, a picture tells no more
@@ -118,3 +123,30 @@ def _blocks(grey):
         between.append(steps[edge].mean())
         inside.append(steps[~edge].mean())
     return float(np.mean(between) / max(np.mean(inside), 1e-3))
+
+
+def copies_told(recording: Recording) -> list[Finding]:
+    """Pictures that are there twice, to the last bit: no camera takes the same noise again."""
+    first: dict[tuple[str, bytes], str] = {}
+    copies: dict[str, str] = {}
+    for name in recording.sets:
+        try:
+            pairs = recording.pairs(name)
+        except StereoLabError:  # told elsewhere
+            continue
+        for pair in pairs:
+            label = f"{name}/{pair.name}"
+            for side, path in (("left", pair.left_path), ("right", pair.right_path)):
+                try:
+                    content = b"" if path is None else read_bytes(path)
+                except StereoLabError:  # told elsewhere
+                    continue
+                other = first.setdefault((side, hashlib.sha256(content).digest()), label) if content else label
+                if other != label:
+                    copies[label] = other
+    if not copies:
+        return []
+    label, other = next(iter(copies.items()))
+    more = f" So do {len(copies) - 1} more." if len(copies) > 1 else ""
+    says = f"{label} shows the same picture as {other}, to the last bit: one of them is a copy.{more}"
+    return [Finding("picture_twice", says, ADVICE["picture_twice"], tuple(copies), severity=COSTS)]

@@ -8,8 +8,9 @@ import numpy as np
 
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.doctor.advice import ADVICE
-from stereo_lab.doctor.findings import NOTE, STOPS, Finding
+from stereo_lab.doctor.findings import COSTS, NOTE, STOPS, Finding
 from stereo_lab.doctor.numbers import UNITS, WRONG_MM, Mistake, place
+from stereo_lab.errors import StereoLabError
 from stereo_lab.localization.matching import SIZE
 from stereo_lab.position import kabsch
 from stereo_lab.recording import Recording
@@ -19,6 +20,7 @@ SCALE_SURE = 3.5  # standard deviations
 RULER_SCALE = 0.001  # to which a ruler is true
 SIZE_SURE, SIZE_PART = 4.0, 0.08  # a ball's size is told to this part of it: rims are soft
 BALLS_MM = (10.0, 400.0)  # from a marble to a gymnastics ball
+MOST_REACH = 4.0  # times the farthest place: no arm for this bench reaches farther
 TWICE = np.log(3)  # a scale beyond three times is another unit
 
 
@@ -142,3 +144,23 @@ def _unit_of(scale):
     """Of :data:`UNIT_NAMES` the one that a scale is, as exactly as a size is told; nothing where it is none."""
     factor = min(UNIT_NAMES, key=lambda factor: abs(np.log(scale / factor)))
     return UNIT_NAMES[factor] if abs(np.log(scale / factor)) < np.log1p(SIZE_PART) else ""
+
+
+def arm_told(recording: Recording) -> list[Finding]:
+    """An arm so short that it reaches none of the places in its own plane, and that would in another unit."""
+    try:
+        places = [] if recording.arm_is_shipped else [s.measured for s in recording.samples("position")]
+    except StereoLabError:  # told elsewhere
+        return []
+    reach = recording.arm.l1_mm + recording.arm.l2_mm
+    far = np.hypot([place.x_mm for place in places], [place.y_mm for place in places])
+    unit = next(
+        (f for f in UNIT_NAMES if f > 1 and len(far) and np.median(far) < f * reach < MOST_REACH * far.max()), None
+    )
+    if unit is None or far.min() < reach:
+        return []
+    says = (
+        f"The arm of recording.json reaches {told_mm(reach)} mm, and none of the {len(far)} places of position, which lie in its plane, is so near. "
+        f"Is it in {UNIT_NAMES[unit]}? Then it reaches {told_mm(unit * reach)} mm."
+    )
+    return [Finding("arm_unit", says, ADVICE["arm_unit"], severity=COSTS)]

@@ -26,6 +26,13 @@ AS_IS = "as_is"
 WHOLE = ("right_mirrored", "left_mirrored", "right_reversed")  # of all pairs; another mistake may stand beside it
 
 
+def shift_in_words(by: int) -> str:
+    """What it means that left pictures belong to the right ones so many places later, or earlier."""
+    which, where = ("next", "later") if by > 0 else ("previous", "earlier")
+    whose = f"the {which} pair's" if abs(by) == 1 else f"that of the pair {abs(by)} places {where}"
+    return f"each left picture belongs to {whose} right picture: one side lacks {abs(by)}."
+
+
 @dataclass(frozen=True, eq=False)
 class Suspect:
     """A mistake that may have been made.

@@ -114,7 +114,7 @@ def _doubts(results, far_off):
     said = []
     if "cone" in results.localizers:
         fitted = results.localizers["cone"]
-        count = len(fitted.residuals_mm) + len(fitted.missed)
+        count = len(results.fitted)
         if fitted.missed:
             said.append(
                 f"In {len(fitted.missed)} of {count} measured pairs the two cameras show no ball in one place, and they are left out of the "
