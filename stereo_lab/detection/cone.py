@@ -17,7 +17,10 @@ ON_PX, ON = 0.5, 0.04  # px, or of the radius: so near to the cone an edge lies 
 LIMIT_PX, LIMIT = 0.25, 0.02  # px, or of the radius: beyond it an edge counts nothing (Tukey)
 SCATTERED = 4.0  # but nearer than so many times the median, for a smeared rim scatters: 2.7 standard deviations
 # Until the cone moves by no more than so many px, or than this part of how far half of its edges lie off
-MOST_ROUNDS, STILL_PX, STILL = 12, 0.01, 0.1
+MOST_ROUNDS, STILL_PX, STILL = 12, 0.03, 0.1
+# Edges are weighed by where the last cone left them, so each round stops short of where the rounds lead, the more so the more
+# the edges scatter. It therefore goes on by so many times (median / limit)² of its step: by the slope of Tukey's curve
+FARTHER = 9.0
 LEAST_CLEAR = 0.3  # of the rays must show an edge
 ONE_CURVE = 0.75  # of these must lie near the first cone; else the best cone through three rays is the start
 NEAR_PX, NEAR = 0.6, 0.11  # px, or of how far the look reaches: a wide look is taken at what scatters
@@ -78,35 +81,34 @@ def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
     if count < LEAST_CLEAR * RAYS:
         return None
     rays, used, near = look.rays(off), weights, max(NEAR_PX, NEAR * look.share * look.r)
-    and_one = np.ones((4, RAYS))
-    xyz = and_one[:3]
-    xyz[:] = rays.T
-    products = (xyz[:, None] * and_one).reshape(12, RAYS)
-    gap, least = np.zeros(RAYS), max(LIMIT_PX, LIMIT * look.r)
+    axis, gap, step, least = np.zeros(3), off, 1.0, max(LIMIT_PX, LIMIT * look.r)
     for rounds in range(MOST_ROUNDS):
         before = gap
-        sums = products.dot(used).reshape(3, 4)
-        axis = cv2.solve(sums[:, :3], sums[:, 3:], flags=cv2.DECOMP_CHOLESKY)[1][:, 0]
+        sums = (rays.T * used).dot(rays)
+        best = cv2.solve(sums, used.dot(rays)[:, None], flags=cv2.DECOMP_CHOLESKY)[1][:, 0]
+        axis = axis + step * (best - axis)
         x, y, z = axis.tolist()
         tan2 = x * x + y * y + z * z - 1
         if not tan2 > 1e-8 or z < 0.05:
             return None
-        gap = (1 - axis.dot(xyz)) * (look.r / tan2)
+        gap = (1 - rays.dot(axis)) * (look.r / tan2)
         away = np.abs(gap)
         order = np.sort(away[clear])
         if rounds == 0 and order[int(ONE_CURVE * count)] > near:
             axis = _best_of_threes(rays[clear], near, look.r)
-            away = np.abs(rays @ axis - 1) * (look.r / (axis @ axis - 1))
+            away = np.abs(1 - rays.dot(axis)) * (look.r / (axis @ axis - 1))
             order = np.sort(away[clear])
         middle = float(order[count // 2])
         if rounds and cv2.norm(gap, before, cv2.NORM_INF) < max(STILL_PX, STILL * middle):
             break
-        used = weights * tukey(away, max(least, SCATTERED * middle))
+        limit = max(least, SCATTERED * middle)
+        step = 1 + FARTHER * (middle / limit) ** 2
+        used = weights * tukey(away, limit)
     u, v = look.pixel(axis)
     focal = float(look.camera[0][0, 0])
     radius = focal * tan2**0.5
     stretch = ((tan2 + 1) ** 0.5 / z) ** 1.5  # the ellipse is longer away from the middle of the picture
-    information = sums[:, :3] * (look.r / tan2 / spread_px(middle)) ** 2
+    information = sums * (look.r / tan2 / spread_px(middle)) ** 2
     outline = radius * stretch
     on = np.count_nonzero((away < max(ON_PX, ON * outline)) & clear) / max(1, int(np.count_nonzero(look.seen)))
     scatter = _scatter_px(axis, information, focal, tan2, look.r)

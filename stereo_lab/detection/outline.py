@@ -36,9 +36,11 @@ CHROMA = 0.3 * np.concatenate([0 * LUMA, CR, CB])
 QUIET_CHROMA = 2 * CHROMA  # but before books and plants they are surer than the light; measured on rendered ones
 ANGLE = np.arange(RAYS) * (2 * np.pi / RAYS)
 RING = np.stack([np.cos(ANGLE), np.sin(ANGLE)], 1)[:, None]
-COS, SIN = RING[..., 0].astype(np.float32), RING[..., 1].astype(np.float32)
 EACH = np.ones(SAMPLES, np.float32)
 SPAN = np.linspace(-1, 1, SAMPLES, dtype=np.float32)
+# A place lies at (u, v) + (radius + band · span) · (cos, sin): from these four to x of all places, then y of all
+OUT = RING[:, 0].T[..., None]
+PLACES = np.stack(np.broadcast_arrays(*np.eye(2)[..., None, None], OUT, OUT * SPAN)).reshape(4, -1).astype(np.float32)
 MOMENTS = np.stack([SPAN, EACH], 1)[1:-1]
 END = SAMPLES // 4
 INNER = np.repeat([1.0 / END, 0], [END, SAMPLES - END]).astype(np.float32)  # means over the ends of a ray
@@ -72,8 +74,8 @@ class Look:
         whole = image[self.top : int(v + reach) + 2, self.left : int(u + reach) + 2]
         self.patch = cv2.GaussianBlur(whole, (3, 3), BLUR_PX)
         self.off = np.float32(band) * SPAN
-        radii = np.float32(r) + self.off
-        self.x, self.y = COS * radii + np.float32(u - self.left), SIN * radii + np.float32(v - self.top)
+        told = np.array([u - self.left, v - self.top, r, band], np.float32)
+        self.x, self.y = told.dot(PLACES).reshape(2, RAYS, SAMPLES)
         self.seen = ALL
         if not (r + 1 < u < image.shape[1] - r - 2 and r + 1 < v < image.shape[0] - r - 2):
             x, y = self.x[:, SAMPLES // 2], self.y[:, SAMPLES // 2]
@@ -88,7 +90,7 @@ class Look:
         """How ball-like each place is, 0…255, shape (RAYS, SAMPLES)."""
         return self.color.likeness(self.sampled(self.patch)).astype(np.float32)
 
-    @cached_property
+    @property
     def light_edge(self) -> tuple[np.ndarray, np.ndarray]:
         """On each ray how far beyond the circle light and colour change most; and a weight, 0 where it is not clear."""
         fall, weights = self._change
