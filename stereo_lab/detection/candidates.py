@@ -54,7 +54,7 @@ def promising(like: np.ndarray, places: list[Circle]) -> list[Circle]:
     if not places:
         return []
     small = 1 / np.sqrt([r for *_, r in places])
-    score = _ball_like(like, places, DISC, 1.0) - 0.7 * _ball_like(like, places, RING[::2, 0].T, 1.3) - 0.15 * small
+    score = _ball_like(like, places, DISC, 1.0) - 0.7 * _ball_like(like, places, RING[:, ::2], 1.3) - 0.15 * small
     kept: list[Circle] = []
     for k in np.argsort(-score):
         if all(np.abs(np.subtract(places[k], other)).sum() > 0.2 * other[2] for other in kept):

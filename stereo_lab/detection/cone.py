@@ -27,8 +27,7 @@ NEAR_PX, NEAR = 0.6, 0.11  # px, or of how far the look reaches: a wide look is 
 NORMAL, LEAST_SCATTER_PX = 1.4826, 0.02  # scatter of the edges by their median; the pixels alone bring so much
 TOGETHER = 2.0  # neighbouring rays share pixels and err together: on rendered balls so much more than each alone
 SHARPENED_PX = 0.12  # a camera's sharpening moves the whole rim in or out
-TRIES = 80  # cones through three rays
-TURN = np.random.default_rng(2).integers(2**31, size=(TRIES, 3))
+TURN = np.random.default_rng(2).integers(2**31, size=(80, 3))  # so many cones through three rays are tried
 
 
 class Cone(NamedTuple):
@@ -69,13 +68,13 @@ class Cone(NamedTuple):
         return across, min(math.hypot(along, SHARPENED_PX), self.look.r)
 
 
-def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
+def fit_cone(look: Look, off: np.ndarray, weights: np.ndarray) -> Cone | None:
     """The cone a·ray = cos α through the edges of a look, or None.
 
+    ``off``: how far beyond the look's circle the edge lies on each ray, px; ``weights``: of each, 0 where none is clear.
     Divided by cos α it is linear: a'·ray = 1, and |a'|² − 1 = tan² α. Least squares, then again and again without
     what lies far off.
     """
-    off, weights = edge
     clear = weights > 0
     count = np.count_nonzero(clear)
     if count < LEAST_CLEAR * RAYS:
@@ -104,7 +103,6 @@ def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
         limit = max(least, SCATTERED * middle)
         step = 1 + FARTHER * (middle / limit) ** 2
         used = weights * tukey(away, limit)
-    u, v = look.pixel(axis)
     focal = float(look.camera[0][0, 0])
     radius = focal * tan2**0.5
     stretch = ((tan2 + 1) ** 0.5 / z) ** 1.5  # the ellipse is longer away from the middle of the picture
@@ -112,7 +110,7 @@ def fit_cone(look: Look, edge: tuple[np.ndarray, np.ndarray]) -> Cone | None:
     outline = radius * stretch
     on = np.count_nonzero((away < max(ON_PX, ON * outline)) & clear) / max(1, int(np.count_nonzero(look.seen)))
     scatter = _scatter_px(axis, information, focal, tan2, look.r)
-    return Cone(u, v, outline, radius, look, off, weights, gap, on, axis, information, scatter)
+    return Cone(*look.pixel(axis), outline, radius, look, off, weights, gap, on, axis, information, scatter)
 
 
 def _scatter_px(axis, information, focal, tan2, most):

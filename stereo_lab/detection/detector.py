@@ -111,7 +111,7 @@ class BallDetector:
     def candidates(self, image: np.ndarray, most: int = 4) -> list[Detection]:
         """What may be the ball, best first, each with the probability that it, and not another thing or none, is it.
 
-        Where one is sure at a glance, nothing else is looked for: of two balls alike this gives one, :meth:`detect_all` both.
+        Where one is sure, nothing else is looked for: of two balls alike this gives one, :meth:`detect_all` both.
         """
         return [ball for ball, _ in self.weighed(image, most)]
 
@@ -139,30 +139,33 @@ class BallDetector:
         like = self.color.likeness(image, step)
         colored = _colored(like, step)
         seen: list[Thing] = []
+        enough = math.inf if everything else SURE
         for u, v, r in where.patches(like, where.SURELY, least / step)[:GLANCES]:
             cone = self._quick(image, (u * step, v * step, r * step), "ball")
             if cone is not None and _of_the_patch(cone, r, step):
                 seen.append(judge(cone, colored))
-                if sureness(seen) >= SURE and not everything:
+                if sureness(seen) >= enough:
                     return seen
         step = max(1, round(least / LONG_STEP))
         like = self.color.likeness(image, step)
         places = [place for level in where.LEVELS for place in where.patches(like, level, least / step)]
-        seen += self._look_at(image, step, where.promising(like, places), colored)
+        seen += self._look_at(image, step, where.promising(like, places), colored, enough)
         if everything or sureness(seen) < TRIED:
             circles = list(where.voted(like, np.ascontiguousarray(image[::step, ::step]), least / step))
             best = circles[:BEST_VOTED] + where.promising(like, circles[BEST_VOTED:])
-            seen += self._look_at(image, step, best, colored)
+            seen += self._look_at(image, step, best, colored, enough)
         return seen
 
-    def _look_at(self, image, step, places, colored):
-        """A long look at some places."""
+    def _look_at(self, image, step, places, colored, enough=math.inf):
+        """A long look at some places, until one is sure enough."""
         found: list[Thing] = []
         for place in places:
             circle = tuple(step * p for p in place)
             if all(_apart(circle, t.cone.circle) >= 0.1 * t.cone.outline_px for t in found):
                 cone = self._measure(image, circle)
                 found += [] if cone is None else [judge(cone, colored)]
+                if sureness(found) >= enough:
+                    break
         return found
 
     def _follow(self, image, near):
@@ -245,7 +248,7 @@ class BallDetector:
             if not (-r < u < width + r and -r < v < height + r and least <= r <= MOST_OF_WIDTH * width):
                 return None
             look = Look(image, self.color, camera, circle, share)
-            cone = fit_cone(look, getattr(look, f"{edge}_edge"))
+            cone = fit_cone(look, *getattr(look, f"{edge}_edge"))
             if cone is None:
                 return None
             circle = cone.circle

@@ -34,7 +34,7 @@ MOST_LOGIT = 50.0  # beyond it all is certain, and the odds stay a number
 EVIDENCE = SHIPPED.names
 
 PARTS = np.sqrt((np.arange(6) + 0.5) / 6) * 0.85
-DISC = (RING[::3, 0, :, None] * PARTS).transpose(1, 0, 2).reshape(2, -1).astype(np.float32)  # places inside, in radii
+DISC = (RING[:, ::3, None] * PARTS).reshape(2, -1).astype(np.float32)  # places inside, in radii
 DISC_SPREAD = float((DISC[0] ** 2).mean())
 WAVES = np.column_stack([wave(crests * ANGLE) for crests in (2, 3, 4) for wave in (np.cos, np.sin)])
 

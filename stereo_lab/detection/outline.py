@@ -35,12 +35,12 @@ CR, CB = np.float32(0.713) * (RED - LUMA), np.float32(0.564) * (BLUE - LUMA)
 CHROMA = 0.3 * np.concatenate([0 * LUMA, CR, CB])
 QUIET_CHROMA = 2 * CHROMA  # but before books and plants they are surer than the light; measured on rendered ones
 ANGLE = np.arange(RAYS) * (2 * np.pi / RAYS)
-RING = np.stack([np.cos(ANGLE), np.sin(ANGLE)], 1)[:, None]
+RING = np.array([np.cos(ANGLE), np.sin(ANGLE)])
 EACH = np.ones(SAMPLES, np.float32)
 SPAN = np.linspace(-1, 1, SAMPLES, dtype=np.float32)
 # A place lies at (u, v) + (radius + band · span) · (cos, sin): from these four to x of all places, then y of all
-OUT = RING[:, 0].T[..., None]
-PLACES = np.stack(np.broadcast_arrays(*np.eye(2)[..., None, None], OUT, OUT * SPAN)).reshape(4, -1).astype(np.float32)
+PARTS = np.broadcast_arrays(*np.eye(2)[..., None, None], RING[..., None], RING[..., None] * SPAN)
+PLACES = np.reshape(PARTS, (4, -1)).astype(np.float32)
 MOMENTS = np.stack([SPAN, EACH], 1)[1:-1]
 END = SAMPLES // 4
 INNER = np.repeat([1.0 / END, 0], [END, SAMPLES - END]).astype(np.float32)  # means over the ends of a ray
@@ -146,7 +146,7 @@ class Look:
 
     def rays(self, off: np.ndarray) -> np.ndarray:
         """Unit vectors from the camera through the places this far beyond the circle, shape (RAYS, 3)."""
-        pixels = RING * (self.r + off)[:, None, None] + (self.u, self.v)
+        pixels = (RING * (self.r + off)).T[:, None] + (self.u, self.v)
         rays = cv2.convertPointsToHomogeneous(cv2.undistortPoints(pixels, *self.camera))[:, 0]
         return rays / np.sqrt(np.square(rays) @ SUM)
 
