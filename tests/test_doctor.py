@@ -603,6 +603,7 @@ def test_a_broken_picture_is_no_broken_table(bench, tmp_path):
         (lambda mine: (mine / "position" / "measured.csv").unlink(), "no_table", "no measured.csv"),
         (lambda mine: shutil.rmtree(mine / "depth" / "right"), "half_missing", "left camera alone"),
         (_misspell, "table_broken", "expected plane or volume"),
+        (lambda mine: (mine / "position" / "measured.csv").write_bytes(b"PK\x03\x04\x14"), "misnamed", "it is a spreadsheet"),
     ],
 )  # fmt: skip
 def test_what_would_stop_the_chain_is_told_before(third_rig, tmp_path, spoil, name, says):
@@ -612,6 +613,18 @@ def test_what_would_stop_the_chain_is_told_before(third_rig, tmp_path, spoil, na
     found = check_recording(open_recording(mine))
     assert says in {finding.name: finding.says for finding in found.findings}[name]
     assert found.verdict == ("clean" if name == "no_table" else "wanting")
+
+
+@pytest.mark.parametrize(("name", "severity"), [("red", NOTE), ("yellow", COSTS)])
+def test_a_ball_of_another_name_is_told_also_where_it_is_found(third_rig, tmp_path, name, severity):
+    """The name red reaches as far as an orange under warm light, and finds it; the paper's way does not. Yellow finds half."""
+    wrong = whole(third_rig, tmp_path / "wrong")
+    facts = json.loads((wrong.path / "recording.json").read_text(encoding="utf-8"))
+    facts["ball"]["color"] = name
+    (wrong.path / "recording.json").write_text(json.dumps(facts), encoding="utf-8")
+    (finding,) = check_recording(open_recording(wrong.path)).findings
+    assert (finding.name, finding.severity) == ("color_wrong", severity)
+    assert "orange" in finding.says and f"recording.json says {name}" in finding.says
 
 
 # The set that judges, and left and right exchanged in some sets alone

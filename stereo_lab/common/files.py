@@ -23,6 +23,7 @@ from stereo_lab.errors import RecordingError, StereoLabError
 LARGEST_TEXT = 50_000_000  # bytes; the largest table or JSON file of the kit has less than a hundredth of it
 UMASK = os.umask(0)  # which rights a new file of this person does not get; it is read by setting it
 os.umask(UMASK)
+SPREADSHEETS = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"  # how .xlsx and .ods, and .xls, begin
 NUMBER = re.compile(r"\s*[-+−]?\d*[,.]?\d+\s*")  # also with a decimal comma, or a typographic minus
 LARGEST_FILE = 400_000_000  # bytes; more than an uncompressed picture of 100 megapixels has
 
@@ -88,8 +89,14 @@ def read_text(path: str | Path) -> str:
     StereoLabError
         If it cannot be read, or is no text.
     """
+    content = read_bytes(path, LARGEST_TEXT)
+    if content.startswith(SPREADSHEETS):
+        says = (
+            f"Cannot read {path} as text: it is a spreadsheet. Open it with its own program and save it as CSV (UTF-8)."
+        )
+        raise StereoLabError(says, "misnamed")
     try:
-        return read_bytes(path, LARGEST_TEXT).decode("utf-8-sig")
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise StereoLabError(f"Cannot read {path} as text: {error}. Save it as UTF-8.") from None
 
@@ -287,7 +294,7 @@ def read_table(path: str | Path, columns: Sequence[str]) -> list[tuple[str, dict
     except RecordingError:
         raise
     except StereoLabError as error:
-        raise RecordingError(str(error)) from None
+        raise RecordingError(str(error), error.fault) from None
     except csv.Error as error:
         raise RecordingError(f"{path} is no table of plain text ({error}). Save it as CSV.") from None
     told = [(where, {name: _pointed(v) for name, v in row.items() if name is not None}) for where, row in filled]

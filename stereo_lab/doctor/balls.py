@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.detection import BallColor, BallDetector, Detection
-from stereo_lab.detection.color import HUES
+from stereo_lab.detection.color import HUES, WARM
 from stereo_lab.doctor.known import CENTER_PX
 from stereo_lab.errors import StereoLabError
 from stereo_lab.localization import find_pair
@@ -131,6 +132,40 @@ def size_of_ball(
     return float(np.median(told)), float(spread / np.sqrt(len(points)))
 
 
+def other_name(seen: Sequence[Sighting], name: str) -> tuple[str, float] | None:
+    """The colour whose hue the balls have, and that hue, 0…179, where it is not the one by whose name they were found.
+
+    Ours finds them all the same, for a name reaches farther than its hues; the paper's way does not.
+    """
+    if name not in HUES or not seen:
+        return None
+    hue = _hue([getattr(sighting, side) for sighting in seen for side in ("left", "right")])
+    nearest = min(HUES, key=lambda other: _beyond(hue, other))
+    return (nearest, hue) if _beyond(hue, name) > WARM and _beyond(hue, nearest) <= 0.5 else None
+
+
+def _hue(balls):
+    """The mean hue of some balls, 0…179; it goes round in a circle."""
+    return float(np.angle(sum(map(_hue_of, balls)))) * 90 / np.pi % 180
+
+
+def _hue_of(ball):
+    """The hue of a ball's middle, as a number of length 1 in the plane of colours: grey pixels count little."""
+    look, reach = ball.cone.look, max(1, int(ball.outline_px / 2))
+    u, v = int(ball.u - look.left), int(ball.v - look.top)
+    middle = look.patch[max(0, v - reach) : v + reach + 1, max(0, u - reach) : u + reach + 1].astype(np.float32) / 255
+    hue = cv2.cvtColor(middle, cv2.COLOR_BGR2HLS)[..., 0]
+    colors = ((middle.max(-1) - middle.min(-1)) * np.exp(1j * np.radians(hue))).sum()
+    return colors / max(abs(colors), 1e-9)
+
+
+def _beyond(hue, name):
+    """How far a hue lies outside those of a name; below 0 inside."""
+    low, high = HUES[name][0][0], HUES[name][-1][1]
+    half = (high - low) % 180 / 2
+    return abs((hue - low - half + 90) % 180 - 90) - half
+
+
 def why_lost(lost: Sequence[Sighting], ball: Ball | None) -> tuple[str, str]:
     """Name and sentence for balls that were lost: another colour, one too narrow or too wide, or, of a few balls, none of these."""
     return _by_rows(lost) or (ball and _by_color(lost, ball)) or _by_place(lost)
@@ -149,9 +184,10 @@ def _by_rows(lost):
 
 def _by_color(lost, ball):
     images = [s.sample.pair.left for s in lost[:: max(1, len(lost) // TRIED)]][:TRIED]
-    by_color = {name: sum(BallDetector(name, "cone").detect(image) is not None for image in images) for name in HUES}
-    best = max(by_color, key=lambda name: by_color[name])
-    if best != ball.color and by_color[best] > len(images) / 2 and by_color[best] > by_color[ball.color]:
+    by_color = {name: [b for b in map(BallDetector(name, "cone").detect, images) if b is not None] for name in HUES}
+    # Two names may find it, for each reaches farther than its hues: the nearer one is meant
+    best = max(by_color, key=lambda name: (len(by_color[name]), -_beyond(_hue(by_color[name]), name)))
+    if best != ball.color and len(by_color[best]) > max(len(images) / 2, len(by_color[ball.color])):
         return "color_wrong", f"There a ball is seen that is {best}, and recording.json says {ball.color}."
     try:
         learned = BallColor.learned([s.sample.pair.left for s in lost], ball.color)

@@ -14,6 +14,7 @@ from stereo_lab.doctor.balls import (
     Sighting,
     disparity_sigmas,
     look_for_balls,
+    other_name,
     places,
     size_of_ball,
     state_of_balls,
@@ -75,7 +76,8 @@ def check_balls(
     apart = {name for finding in shifted for name in finding.files}
     sightings = [s for s in sightings if s.name not in apart]
     seen = [s for s in sightings if s.seen]
-    findings = told + _lost(sightings, recording)
+    lost = _lost(sightings, recording)
+    findings = told + lost + ([] if any(one.name == "color_wrong" for one in lost) else _other_name(seen, recording))
     if len(seen) < FEWEST:
         return Told(findings)
     points = places(seen, calibration)
@@ -116,6 +118,14 @@ def _lost(sightings: Sequence[Sighting], recording: Recording) -> list[Finding]:
     return [
         Finding(name, says, ADVICE[name], files, None, severity, Evidence("ball seen by both cameras", values, files))
     ]
+
+
+def _other_name(seen, recording):
+    """Balls that are found by a name whose hue they do not have."""
+    if (found := other_name(seen, recording.ball.color)) is None:
+        return []
+    says = f"The ball is found, but its hue, {found[1]:.0f}, is that of {found[0]}, and recording.json says {recording.ball.color}."
+    return [Finding("color_wrong", says, ADVICE["color_wrong"])]
 
 
 def _numbers(recording, calibration, seen, points, deep, clean, findings, swapped):
