@@ -109,11 +109,11 @@ def fit_cone(look: Look, off: np.ndarray, weights: np.ndarray) -> Cone | None:
     information = sums * (look.r / tan2 / spread_px(middle)) ** 2
     outline = radius * stretch
     on = np.count_nonzero((away < max(ON_PX, ON * outline)) & clear) / max(1, int(np.count_nonzero(look.seen)))
-    scatter = _scatter_px(axis, information, focal, tan2, look.r)
+    scatter = scatter_px(axis, information, focal, tan2, look.r)
     return Cone(*look.pixel(axis), outline, radius, look, off, weights, gap, on, axis, information, scatter)
 
 
-def _scatter_px(axis, information, focal, tan2, most):
+def scatter_px(axis, information, focal, tan2, most):
     """Standard deviations of the centre's u and of the radius, ``most`` at most."""
     x, _, z = axis.tolist()
     told, covariance = cv2.invert(information, flags=cv2.DECOMP_CHOLESKY)

@@ -15,6 +15,7 @@ from stereo_lab.detection.detector import unsure
 from stereo_lab.detection.judge import distinct
 from stereo_lab.detection.model import Circle
 from stereo_lab.detection.outline import STILL
+from stereo_lab.localization.background import fit_on_background
 from stereo_lab.localization.sphere import one_sphere
 
 CANDIDATES = 8  # round things of each picture that are paired
@@ -34,6 +35,7 @@ def find_pair(
     diameter_mm: float,
     left: np.ndarray,
     right: np.ndarray,
+    backgrounds: Sequence[np.ndarray] = (),
 ) -> tuple[Detection, Detection] | None:
     """Of all round things in both pictures, the two that are one ball: same row, right size, best scores.
 
@@ -45,6 +47,7 @@ def find_pair(
     detectors : (BallDetector, BallDetector), left and right
     diameter_mm : float, of the ball
     left, right : ndarray, raw pictures, BGR
+    backgrounds : (ndarray, ndarray), optional; what these cameras see where no ball is, see ``median_picture``
 
     Returns
     -------
@@ -52,18 +55,22 @@ def find_pair(
     """
     looks = list(zip(detectors, (left, right), strict=True))
     pair = _find(calibration, looks, diameter_mm)
-    return None if pair is None else one_sphere(calibration, *surer(looks, pair))
+    return None if pair is None else one_sphere(calibration, *surer(looks, pair, backgrounds))
 
 
-def surer(looks: Looks, pair: tuple[Detection, Detection]) -> tuple[Detection, Detection]:
+def surer(
+    looks: Looks, pair: tuple[Detection, Detection], backgrounds: Sequence[np.ndarray] = ()
+) -> tuple[Detection, Detection]:
     """A pair of which both edges are looked for again if one of them scatters.
 
-    In both pictures by the same: what is wrong alike in both cancels in the disparity.
+    By what is quiet round it, then on its background where that is known; in both pictures by the same: what is wrong alike
+    in both cancels in the disparity.
 
     Parameters
     ----------
     looks : two of (BallDetector, picture), left and right; pictures raw, BGR
     pair : (Detection, Detection) in them, raw pixels
+    backgrounds : (ndarray, ndarray), optional
 
     Returns
     -------
@@ -71,8 +78,13 @@ def surer(looks: Looks, pair: tuple[Detection, Detection]) -> tuple[Detection, D
     """
     if not any(map(unsure, pair)):
         return pair
-    (detector, left), (other, right) = looks
-    return detector.again(left, pair[0]), other.again(right, pair[1])
+    again = [detector.again(image, ball) for (detector, image), ball in zip(looks, pair, strict=True)]
+    if backgrounds:
+        images = (image for _, image in looks)
+        left, right = (fit_on_background(*seen) for seen in zip(backgrounds, images, again, strict=True))
+        if left is not None and right is not None:
+            return left, right
+    return again[0], again[1]
 
 
 def _find(calibration, looks, diameter_mm):

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.detection import HUES, BallColor, BallDetector, Detection
 from stereo_lab.errors import CalibrationError, StereoLabError
+from stereo_lab.localization.background import backgrounds_of
 from stereo_lab.localization.doubt import CENTER_SIGMA_PX, RULER_SIGMA_MM, Doubt, fit_bench, pixel_sigma
 from stereo_lab.localization.matching import ROW_PX, find_pair, size_errors, surer
 from stereo_lab.localization.samples import check_enough
@@ -33,6 +34,7 @@ class ConeWay:
     arm_depth_mm : float, depth of the arm's plane
     diameter_mm : float, of the ball
     color_told : str, what was gained by letting the ball mark its own colour; empty where its name is used
+    backgrounds : (ndarray, ndarray), what the cameras see where no ball is, by the samples; empty where these are too few
     """
 
     calibration: StereoCalibration
@@ -42,6 +44,7 @@ class ConeWay:
     arm_depth_mm: float
     diameter_mm: float
     color_told: str = ""
+    backgrounds: tuple[np.ndarray, ...] = ()
 
     @classmethod
     def fit(
@@ -55,9 +58,10 @@ class ConeWay:
         diameter, depth = recording.ball.diameter_mm, recording.arm_depth_mm
         named = {f"{set_name}/{s.pair.name}": s for set_name, chosen in samples.items() for s in chosen}
         color = BallColor.named(color) if isinstance(color, str) else color
-        (detectors, seen), told = _look(calibration, color, diameter, named), ""
+        backgrounds = backgrounds_of(list(named.values()))
+        (detectors, seen), told = _look(calibration, color, diameter, named, backgrounds), ""
         if 0 < len(seen) < len(named) and color.name in HUES:
-            detectors, seen, told = _marked_by_itself(calibration, color, diameter, named, detectors, seen)
+            detectors, seen, told = _marked_by_itself(calibration, color, diameter, named, backgrounds, detectors, seen)
         missed = [name for name in named if name not in seen]
         found = list(seen.values())
         measured = [named[name].measured for name in seen]
@@ -71,7 +75,7 @@ class ConeWay:
         rigid = fit_bench(points, np.array(places), sigma)
         doubt = Doubt.of(calibration, rigid, points, centers)
         return (
-            cls(calibration, detectors, rigid, doubt, depth, diameter, told),
+            cls(calibration, detectors, rigid, doubt, depth, diameter, told, backgrounds),
             rigid.residuals_mm * [1, 1, -1],
             tuple(missed),
         )
@@ -103,8 +107,8 @@ class ConeWay:
             looks = tuple(zip(self.detectors, (left, right), strict=True))
             one, other = (detector.first(image, before) for (detector, image), before in zip(looks, near, strict=True))
             if one and other and size_errors(self.calibration, self.diameter_mm, one, other) is not None:
-                return one_sphere(self.calibration, *surer(looks, (one, other)))
-        return find_pair(self.calibration, self.detectors, self.diameter_mm, left, right)
+                return one_sphere(self.calibration, *surer(looks, (one, other), self.backgrounds))
+        return find_pair(self.calibration, self.detectors, self.diameter_mm, left, right, self.backgrounds)
 
     def position(self, left: Detection, right: Detection) -> Position | None:
         """Two detections of one ball, triangulated and put on the bench; None where their rays do not meet before the cameras."""
@@ -119,20 +123,23 @@ class ConeWay:
         return Position(float(x), float(y), float(self.arm_depth_mm - z), self.doubt.sigma_mm(point_1x3, centers_px))
 
 
-def _look(calibration, color, diameter, named):
+def _look(calibration, color, diameter, named, backgrounds):
     """A detector for each camera, and what they find: name of the sample -> (Detection, Detection)."""
     left, right = (BallDetector(color, "cone", calibration.camera(side)) for side in ("left", "right"))
-    pairs = {n: find_pair(calibration, (left, right), diameter, s.pair.left, s.pair.right) for n, s in named.items()}
+    pairs = {
+        n: find_pair(calibration, (left, right), diameter, s.pair.left, s.pair.right, backgrounds)
+        for n, s in named.items()
+    }
     return (left, right), {name: pair for name, pair in pairs.items() if pair is not None}
 
 
-def _marked_by_itself(calibration, color, diameter, named, detectors, seen):
+def _marked_by_itself(calibration, color, diameter, named, backgrounds, detectors, seen):
     """The same in the colour that the surest balls of a name mark, where more is found by it; and a sentence on it."""
     try:
         learned = BallColor.learned([s.pair.left for s in named.values()], color.name)
     except StereoLabError:  # no picture is sure enough
         return detectors, seen, ""
-    again = _look(calibration, learned, diameter, named)
+    again = _look(calibration, learned, diameter, named, backgrounds)
     if len(again[1]) <= len(seen):
         return detectors, seen, ""
     told = (

@@ -33,7 +33,8 @@ def one_sphere(calibration: StereoCalibration, left: Detection, right: Detection
 
     Five numbers, the ball's place in the left camera's frame and its radius in each picture (mm), by Gauss and Newton's
     least squares. All that the edges of a picture tell is summed up in its cone. Only where the two cones contradict each
-    other the edges are asked again: those that lie far off the ball count less, as in ``fit_cone``. Where both rims are
+    other the edges are asked again: those that lie far off the ball count less, as in ``fit_cone``; a ball that was fitted before
+    its background has no edges of single rays. Where both rims are
     clean there is nothing to gain; they stay where they are, as do detections of one's own making, which have no cones.
     """
     if left.cone is None or right.cone is None or min(left.cone.on, right.cone.on) >= CLEAN:
@@ -43,7 +44,7 @@ def one_sphere(calibration: StereoCalibration, left: Detection, right: Detection
     ball = _start(cones, poses)
     step, contradiction = _step(cones, poses, ball, [_by_cone(cone) for cone in cones])
     ball = ball + step  # one step is enough: what it leaves is its square over the ball's distance
-    if contradiction > CONTRADICT:
+    if contradiction > CONTRADICT and all(cone.weights.any() for cone in cones):
         by_edges = [_by_edges(cone) for cone in cones]
         for _ in range(ROUNDS):
             step, _ = _step(cones, poses, ball, by_edges)

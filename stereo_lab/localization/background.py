@@ -1,0 +1,214 @@
+"""The background: cameras that stand still see the same room behind the ball in every picture, so it is known there.
+
+In a pixel at the rim the light of both is mixed, I = αF + (1 − α)B: F is the ball's light, B the background's, and α the
+part of the pixel that the ball covers. Where B is known, the edge of a book behind the ball is not taken for its rim.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from stereo_lab.detection import Detection
+from stereo_lab.detection.cone import scatter_px, tukey
+from stereo_lab.detection.outline import CB, CR, GAMMA, LIGHT, LUMA, RAYS
+from stereo_lab.recording import Sample
+
+LEAST, MOST = 5, 9  # pictures: in fewer the ball may be at one place in most of them; with more little is gained
+BLUR_PX = 0.8  # standard deviation of an edge in a webcam's picture: lens, pixels, colour mosaic
+RIM_PX = 4.0  # so far to both sides of the rim pixels are compared; over so few the ball's light changes evenly
+# Between these nothing of the ball is seen: what differs there is noise, or another thing
+FAR_PX, AROUND_PX = 3.0, 12.0
+QUARTER, NORMAL = 0.25, 3.14  # noise's standard deviation, by its smallest quarter: more may be another thing
+LEAST_NOISE = np.array([0.5, 0.5, 0.5, 0.5, 0.3, 0.3])  # whole numbers are stored
+# In so much of what is around it differs by no more than so many standard deviations, as before, and the ball itself by so
+# many. Else something moved since, a camera or a book, and the background tells nothing
+AGREE, SAME, CLEAR = 0.75, 2.5, 7.0
+# A shadow or a highlight on the ball, of which the fit knows nothing, changes light more than colour
+COUNTS = np.array([1, 1, 1, 1, 2, 2])
+FAR_OFF = 4.0  # medians: what is explained so badly is no ball, but its stand or a finger
+ROUNDS = 4
+# Errors of neighbouring pixels go together (colour mosaic, sharpening, JPEG), and no ball's light changes quite evenly:
+# measured on rendered balls before books, so many times more than if each erred alone
+TOGETHER = 4.0
+LEAST_BLOCKS = 20
+MOVED_PX, MOVED = 1.0, 0.25  # px and radii: so far from where it was found it is another thing
+
+LIGHT_AND_COLOR = np.concatenate([LUMA, CR, CB]).T
+NO_EDGES = np.zeros(RAYS)
+BEYOND = np.linspace(-4, 4, 161)
+COVERED = np.array([0.5 * math.erfc(x / 2**0.5) for x in BEYOND])
+
+
+def backgrounds_of(samples: Sequence[Sample]) -> tuple[np.ndarray, ...]:
+    """The background of the left and of the right camera, by samples from first to last; none where these are too few."""
+    if len(samples) < LEAST:
+        return ()
+    chosen = [samples[k] for k in np.linspace(0, len(samples) - 1, min(MOST, len(samples))).round().astype(int)]
+    return tuple(median_picture([getattr(s.pair, side) for s in chosen]) for side in ("left", "right"))
+
+
+def median_picture(pictures: Sequence[np.ndarray]) -> np.ndarray:
+    """What one camera sees where no ball is: pixel by pixel the median of pictures with the ball at other and other places.
+
+    Parameters
+    ----------
+    pictures : sequence of ndarray, shape (H, W, 3), BGR, uint8, all of one camera that stands still
+
+    Returns
+    -------
+    ndarray, shape (H, W, 3), uint8
+    """
+    return np.rint(np.median(pictures, axis=0)).astype(np.uint8)
+
+
+def fit_on_background(background: np.ndarray, image: np.ndarray, ball: Detection) -> Detection | None:
+    """A ball by the cone that explains best how its picture differs from the background; None where that tells nothing.
+
+    Twelve numbers: the cone's axis a' (see ``fit_cone``), and how blue, green and red the ball is in its middle, and how much more
+    so to the right and downwards. Gauss and Newton's least squares.
+
+    Parameters
+    ----------
+    background, image : ndarray, shape (H, W, 3), BGR, of one camera
+    ball : Detection in the picture, right to about a pixel
+
+    Returns
+    -------
+    Detection or None: where the room looks otherwise than it did, or the ball looks like it
+    """
+    cone = ball.cone
+    if cone is None or image.shape != background.shape:
+        return None
+    rim = _rim(background, image, cone)
+    fitted = None if rim is None else _explain(rim, cone.axis)
+    if fitted is None:
+        return None
+    axis, information = fitted
+    focal, tan2 = float(cone.look.camera[0][0, 0]), float(axis @ axis - 1)
+    (u, v), radius = cone.look.pixel(axis), focal * tan2**0.5
+    if not math.hypot(u - cone.u, v - cone.v) + abs(radius - cone.radius_px) < MOVED_PX + MOVED * cone.radius_px:
+        return None
+    scatter = scatter_px(axis, information, focal, tan2, cone.look.r)
+    cone = cone._replace(
+        u=u, v=v, radius_px=radius, outline_px=radius / cone.radius_px * cone.outline_px, weights=NO_EDGES
+    )
+    cone = cone._replace(axis=axis, information=information, scatter_px=scatter)
+    sigma, sigma_radius = cone.sigmas_px
+    return replace(ball, u=u, v=v, radius_px=radius, sigma_px=sigma, sigma_radius_px=sigma_radius, cone=cone)
+
+
+class _Rim(NamedTuple):
+    """Blocks of 2 x 2 pixels near the rim, for JPEG stores four of light and one of each colour; each told has (blocks, …).
+
+    ``r``: of the circle they lie round, px; ``rays`` through each pixel; ``evenly``: 1, how far to the right, how far down, radii.
+    Light of what is ``seen`` and of what is ``behind``; what a picture of the background would store (``dark``). How what
+    is stored ``differs`` from that, in units of its ``noise``.
+    """
+
+    r: float
+    rays: np.ndarray
+    evenly: np.ndarray
+    seen: np.ndarray
+    behind: np.ndarray
+    dark: np.ndarray
+    differs: np.ndarray
+    noise: np.ndarray
+
+
+def _rim(background, image, cone):
+    """What is seen at the rim of a cone, and what is behind it; None where the room looks otherwise."""
+    (u, v, r), (height, width) = cone.circle, image.shape[:2]
+    reach = r + AROUND_PX
+    rows, columns = _blocks(u - reach, v - reach, min(width, u + reach), min(height, v + reach))
+    rays = _rays(rows, columns, cone.look.camera)
+    beyond = _beyond(rays, cone.axis, r).mean(-1)
+    around, near = beyond > FAR_PX, np.abs(beyond) < RIM_PX
+    inside = near & (beyond < -2 * BLUR_PX)
+    if min(map(np.count_nonzero, (around, inside))) < LEAST_BLOCKS:
+        return None
+    seen, behind = LIGHT[image[rows, columns]], LIGHT[background[rows, columns]]
+    behind = behind * np.median((seen[around] + 1) / (behind[around] + 1), (0, 1))  # more or less light than it was
+    dark = _stored(behind)
+    differs = _compared(image[rows, columns] - dark)
+    noise = np.maximum(NORMAL * np.quantile(np.abs(differs[around]), QUARTER, axis=0), LEAST_NOISE)
+    away = _length(differs / noise)
+    if np.quantile(away[around], AGREE) > SAME or np.median(away[inside]) < CLEAR:
+        return None
+    evenly = np.stack([np.ones(rows.shape), (columns - u) / r, (rows - v) / r], -1)
+    noise = np.broadcast_to(noise / COUNTS, differs.shape)
+    return _Rim(r, *(told[near] for told in (rays, evenly, seen, behind, dark, differs / noise, noise)))
+
+
+def _explain(rim, axis):
+    """The axis a' and its information, shape (3, 3); None where nothing can be told."""
+    inside = _beyond(rim.rays, axis, rim.r) < -2 * BLUR_PX
+    own = np.linalg.lstsq(rim.evenly[inside], rim.seen[inside], rcond=None)[0]
+    for _ in range(ROUNDS):
+        missing, slopes = _missing(rim, axis, own)
+        away = _length(missing)
+        middle = np.median(away)
+        counted = slopes * tukey(away, FAR_OFF * middle)[:, None, None]
+        sums = np.tensordot(counted, slopes, ((0, 1), (0, 1)))
+        toward = np.tensordot(counted, missing, ((0, 1), (0, 1)))
+        told, step = cv2.solve(sums, toward[:, None], flags=cv2.DECOMP_CHOLESKY)
+        axis, own = axis + step[:3, 0], own + step[3:].reshape(3, 3)
+        if not (told and axis @ axis > 1 + 1e-8):
+            return None
+    shared = sums[:3, 3:]  # what tells of the ball's light as well
+    information = sums[:3, :3] - shared @ np.linalg.solve(sums[3:, 3:], shared.T)
+    return axis, information / (TOGETHER * middle) ** 2
+
+
+def _missing(rim, axis, own):
+    """What such a ball does not explain, shape (blocks, 6), and how it changes with the twelve numbers, (blocks, 6, 12)."""
+    beyond = _beyond(rim.rays, axis, rim.r) / BLUR_PX
+    covered = np.interp(beyond, BEYOND, COVERED)[..., None]
+    ball = rim.evenly @ own
+    mixed = covered * ball + (1 - covered) * rim.behind
+    stored = _stored(mixed)
+    steep = stored / (GAMMA * np.maximum(mixed, 1))  # change of what is stored by light
+    moves = steep * (ball - rim.behind) * np.exp(-np.square(beyond) / 2)[..., None] / (BLUR_PX * (2 * np.pi) ** 0.5)
+    slopes = [moves * rim.rays[..., k, None] * (rim.r / (axis @ axis - 1)) for k in range(3)]
+    slopes += [steep * covered * rim.evenly[..., k, None] * bgr for k in range(3) for bgr in np.eye(3)]
+    slopes = np.stack([_compared(slope) / rim.noise for slope in slopes], -1)
+    return rim.differs - _compared(stored - rim.dark) / rim.noise, slopes
+
+
+def _blocks(left, top, right, bottom):
+    """Rows and columns of all blocks of 2 x 2 pixels within, shape (…, …, 4); JPEG counts them from the picture's corner."""
+    down, across = (np.arange(max(0, int(a)) // 2 * 2, int(b) - 1, 2) for a, b in ((top, bottom), (left, right)))
+    rows, columns = np.meshgrid(down, across, indexing="ij")
+    return rows[..., None] + (0, 0, 1, 1), columns[..., None] + (0, 1, 0, 1)
+
+
+def _rays(rows, columns, camera):
+    """Unit vectors from the camera through pixels."""
+    pixels = np.stack([columns, rows], -1).astype(float)
+    rays = cv2.convertPointsToHomogeneous(cv2.undistortPoints(pixels.reshape(-1, 1, 2), *camera))
+    return (rays / np.linalg.norm(rays, axis=-1, keepdims=True)).reshape(*rows.shape, 3)
+
+
+def _beyond(rays, axis, r):
+    """How far beyond a cone rays lie, px."""
+    return (1 - rays @ axis) * (r / (axis @ axis - 1))
+
+
+def _stored(light):
+    """What a picture stores of light: the other way round than LIGHT."""
+    return 255 * (np.maximum(light, 0) / 255) ** (1 / GAMMA)
+
+
+def _compared(bgr):
+    """Of each block, shape (N, 4, 3): four of light, and the mean of each of two colours, shape (N, 6)."""
+    told = bgr @ LIGHT_AND_COLOR
+    return np.concatenate([told[..., 0], told[..., 1:].mean(-2)], -1)
+
+
+def _length(of_blocks):
+    return np.sqrt(np.square(of_blocks).mean(-1))
