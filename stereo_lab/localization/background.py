@@ -39,8 +39,9 @@ TOGETHER = 4.0
 LEAST_BLOCKS = 20
 MOVED_PX, MOVED = 1.0, 0.25  # px and radii: so far from where it was found it is another thing
 
-LIGHT_AND_COLOR = np.concatenate([LUMA, CR, CB]).T
+LIGHT_AND_COLOR = np.concatenate([LUMA, CR, CB])
 NO_EDGES = np.zeros(RAYS)
+EACH_COLOR = np.eye(3)[:, None, :, None, None]
 BEYOND = np.linspace(-4, 4, 161)
 COVERED = np.array([0.5 * math.erfc(x / 2**0.5) for x in BEYOND])
 
@@ -104,11 +105,11 @@ def fit_on_background(background: np.ndarray, image: np.ndarray, ball: Detection
 
 
 class _Rim(NamedTuple):
-    """Blocks of 2 x 2 pixels near the rim, for JPEG stores four of light and one of each colour; each told has (blocks, …).
+    """N blocks of 2 x 2 pixels near the rim; JPEG stores four of light of each, and one of each colour.
 
-    ``r``: of the circle they lie round, px; ``rays`` through each pixel; ``evenly``: 1, how far to the right, how far down, radii.
-    Light of what is ``seen`` and of what is ``behind``; what a picture of the background would store (``dark``). How what
-    is stored ``differs`` from that, in units of its ``noise``.
+    ``r``: of the circle they lie round, px; ``rays`` through the pixels, shape (3, 4, N); ``evenly``: 1, how far to the right
+    and how far down they lie, radii, (3, 4, N). Light of what is ``seen`` and of what is ``behind``, blue, green and red, (3, 4, N);
+    what is stored of that background (``dark``). How what is stored ``differs`` from it, (6, N), in units of its ``noise``, (6, 1).
     """
 
     r: float
@@ -127,35 +128,36 @@ def _rim(background, image, cone):
     reach = r + AROUND_PX
     rows, columns = _blocks(u - reach, v - reach, min(width, u + reach), min(height, v + reach))
     rays = _rays(rows, columns, cone.look.camera)
-    beyond = _beyond(rays, cone.axis, r).mean(-1)
+    beyond = _beyond(rays, cone.axis, r).mean(0)
     around, near = beyond > FAR_PX, np.abs(beyond) < RIM_PX
     inside = near & (beyond < -2 * BLUR_PX)
     if min(map(np.count_nonzero, (around, inside))) < LEAST_BLOCKS:
         return None
-    seen, behind = LIGHT[image[rows, columns]], LIGHT[background[rows, columns]]
-    behind = behind * np.median((seen[around] + 1) / (behind[around] + 1), (0, 1))  # more or less light than it was
+    stored = image[rows, columns].transpose(2, 0, 1)
+    seen, behind = LIGHT[stored], LIGHT[background[rows, columns].transpose(2, 0, 1)]
+    gain = np.median((seen[..., around] + 1) / (behind[..., around] + 1), (1, 2))  # more or less light than it was
+    behind = behind * gain[:, None, None]
     dark = _stored(behind)
-    differs = _compared(image[rows, columns] - dark)
-    noise = np.maximum(NORMAL * np.quantile(np.abs(differs[around]), QUARTER, axis=0), LEAST_NOISE)
+    differs = _compared(stored - dark)
+    noise = np.maximum(NORMAL * np.quantile(np.abs(differs[:, around]), QUARTER, axis=1), LEAST_NOISE)[:, None]
     away = _length(differs / noise)
     if np.quantile(away[around], AGREE) > SAME or np.median(away[inside]) < CLEAR:
         return None
-    evenly = np.stack([np.ones(rows.shape), (columns - u) / r, (rows - v) / r], -1)
-    noise = np.broadcast_to(noise / COUNTS, differs.shape)
-    return _Rim(r, *(told[near] for told in (rays, evenly, seen, behind, dark, differs / noise, noise)))
+    evenly = np.stack([np.ones(rows.shape), (columns - u) / r, (rows - v) / r])
+    noise = noise / COUNTS[:, None]
+    return _Rim(r, *(told[..., near] for told in (rays, evenly, seen, behind, dark, differs / noise)), noise)
 
 
 def _explain(rim, axis):
     """The axis a' and its information, shape (3, 3); None where nothing can be told."""
     inside = _beyond(rim.rays, axis, rim.r) < -2 * BLUR_PX
-    own = np.linalg.lstsq(rim.evenly[inside], rim.seen[inside], rcond=None)[0]
+    own = np.linalg.lstsq(rim.evenly[:, inside].T, rim.seen[:, inside].T, rcond=None)[0].T
     for _ in range(ROUNDS):
         missing, slopes = _missing(rim, axis, own)
         away = _length(missing)
         middle = np.median(away)
-        counted = slopes * tukey(away, FAR_OFF * middle)[:, None, None]
-        sums = np.tensordot(counted, slopes, ((0, 1), (0, 1)))
-        toward = np.tensordot(counted, missing, ((0, 1), (0, 1)))
+        counted = (slopes * tukey(away, FAR_OFF * middle)).reshape(len(slopes), -1)
+        sums, toward = counted @ slopes.reshape(len(slopes), -1).T, counted @ missing.ravel()
         told, step = cv2.solve(sums, toward[:, None], flags=cv2.DECOMP_CHOLESKY)
         axis, own = axis + step[:3, 0], own + step[3:].reshape(3, 3)
         if not (told and axis @ axis > 1 + 1e-8):
@@ -166,37 +168,40 @@ def _explain(rim, axis):
 
 
 def _missing(rim, axis, own):
-    """What such a ball does not explain, shape (blocks, 6), and how it changes with the twelve numbers, (blocks, 6, 12)."""
+    """What such a ball does not explain, shape (6, N), and how it changes with the twelve numbers, (12, 6, N).
+
+    ``own``: how blue, green and red it is in its middle, and how much more so a radius to the right and down, shape (3, 3).
+    """
     beyond = _beyond(rim.rays, axis, rim.r) / BLUR_PX
-    covered = np.interp(beyond, BEYOND, COVERED)[..., None]
-    ball = rim.evenly @ own
+    covered = np.interp(beyond, BEYOND, COVERED)
+    ball = np.tensordot(own, rim.evenly, 1)
     mixed = covered * ball + (1 - covered) * rim.behind
     stored = _stored(mixed)
     steep = stored / (GAMMA * np.maximum(mixed, 1))  # change of what is stored by light
-    moves = steep * (ball - rim.behind) * np.exp(-np.square(beyond) / 2)[..., None] / (BLUR_PX * (2 * np.pi) ** 0.5)
-    slopes = [moves * rim.rays[..., k, None] * (rim.r / (axis @ axis - 1)) for k in range(3)]
-    slopes += [steep * covered * rim.evenly[..., k, None] * bgr for k in range(3) for bgr in np.eye(3)]
-    slopes = np.stack([_compared(slope) / rim.noise for slope in slopes], -1)
+    moves = steep * (ball - rim.behind) * (np.exp(-np.square(beyond) / 2) / (BLUR_PX * (2 * np.pi) ** 0.5))
+    by_axis = rim.rays[:, None] * (rim.r / (axis @ axis - 1)) * moves
+    by_light = (EACH_COLOR * rim.evenly[:, None] * (steep * covered)[:, None, None]).reshape(-1, *mixed.shape)
+    slopes = _compared(np.concatenate([by_axis, by_light])) / rim.noise
     return rim.differs - _compared(stored - rim.dark) / rim.noise, slopes
 
 
 def _blocks(left, top, right, bottom):
-    """Rows and columns of all blocks of 2 x 2 pixels within, shape (…, …, 4); JPEG counts them from the picture's corner."""
+    """Rows and columns of all blocks of 2 x 2 pixels within, shape (4, N); JPEG counts them from the picture's corner."""
     down, across = (np.arange(max(0, int(a)) // 2 * 2, int(b) - 1, 2) for a, b in ((top, bottom), (left, right)))
     rows, columns = np.meshgrid(down, across, indexing="ij")
-    return rows[..., None] + (0, 0, 1, 1), columns[..., None] + (0, 1, 0, 1)
+    return np.array([[0], [0], [1], [1]]) + rows.ravel(), np.array([[0], [1], [0], [1]]) + columns.ravel()
 
 
 def _rays(rows, columns, camera):
-    """Unit vectors from the camera through pixels."""
-    pixels = np.stack([columns, rows], -1).astype(float)
-    rays = cv2.convertPointsToHomogeneous(cv2.undistortPoints(pixels.reshape(-1, 1, 2), *camera))
-    return (rays / np.linalg.norm(rays, axis=-1, keepdims=True)).reshape(*rows.shape, 3)
+    """Unit vectors from the camera through pixels, shape (3, 4, N)."""
+    pixels = np.stack([columns.ravel(), rows.ravel()], 1).astype(float)
+    rays = cv2.convertPointsToHomogeneous(cv2.undistortPoints(pixels, *camera))[:, 0].T
+    return (rays / np.linalg.norm(rays, axis=0)).reshape(3, *rows.shape)
 
 
 def _beyond(rays, axis, r):
     """How far beyond a cone rays lie, px."""
-    return (1 - rays @ axis) * (r / (axis @ axis - 1))
+    return (1 - np.tensordot(axis, rays, 1)) * (r / (axis @ axis - 1))
 
 
 def _stored(light):
@@ -205,10 +210,11 @@ def _stored(light):
 
 
 def _compared(bgr):
-    """Of each block, shape (N, 4, 3): four of light, and the mean of each of two colours, shape (N, 6)."""
-    told = bgr @ LIGHT_AND_COLOR
-    return np.concatenate([told[..., 0], told[..., 1:].mean(-2)], -1)
+    """Of N blocks, shape (…, 3, 4, N): four of light and the mean of each of two colours, shape (…, 6, N)."""
+    told = (LIGHT_AND_COLOR @ bgr.reshape(*bgr.shape[:-2], -1)).reshape(bgr.shape)
+    return np.concatenate([told[..., 0, :, :], told[..., 1:, :, :].sum(-2) / 4], -2)
 
 
 def _length(of_blocks):
-    return np.sqrt(np.square(of_blocks).mean(-1))
+    """How much each block differs, over all that is compared, shape (N,)."""
+    return np.sqrt(np.square(of_blocks).mean(0))
