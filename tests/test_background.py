@@ -123,11 +123,12 @@ def test_a_ball_that_looks_like_what_is_behind_it_is_left_as_it_is(books):
     assert fit_on_background(taken(room, rng), taken(room, rng), ball) is None
 
 
-def test_what_has_no_edges_or_another_size_is_left_as_it_is(books):
+def test_what_has_no_edges_is_smeared_or_of_another_size_is_left_as_it_is(books):
     background, balls = books
     image, ball, _ = balls[0]
     assert fit_on_background(background, image, Detection(ball.u, ball.v, ball.radius_px, 0.9)) is None
     assert fit_on_background(background[:-2], image, ball) is None
+    assert fit_on_background(background, image, replace(ball, cone=ball.cone._replace(smeared=True))) is None
     aside = replace(ball, cone=ball.cone._replace(u=-3.0, v=-3.0))
     assert fit_on_background(background, image, aside) is None
 

@@ -81,10 +81,10 @@ def fit_on_background(background: np.ndarray, image: np.ndarray, ball: Detection
 
     Returns
     -------
-    Detection or None: where the room looks otherwise than it did, or the ball looks like it
+    Detection or None: where the room looks otherwise than it did, the ball looks like it, or is smeared
     """
     cone = ball.cone
-    if cone is None or image.shape != background.shape:
+    if cone is None or cone.smeared or image.shape != background.shape:
         return None
     rim = _rim(background, image, cone)
     fitted = None if rim is None else _explain(rim, cone.axis)

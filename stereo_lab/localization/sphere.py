@@ -33,9 +33,9 @@ def one_sphere(calibration: StereoCalibration, left: Detection, right: Detection
 
     Five numbers, the ball's place in the left camera's frame and its radius in each picture (mm), by Gauss and Newton's
     least squares. All that the edges of a picture tell is summed up in its cone. Only where the two cones contradict each
-    other the edges are asked again: those that lie far off the ball count less, as in ``fit_cone``; a ball that was fitted before
-    its background has no edges of single rays. Where both rims are
-    clean there is nothing to gain; they stay where they are, as do detections of one's own making, which have no cones.
+    other the edges are asked again: those that lie far off the ball count less, as in ``fit_cone``. (A ball that was fitted on
+    its background has none.) Where both rims are clean there is nothing to gain; they stay where they are, as do detections of
+    one's own making, which have no cones.
     """
     if left.cone is None or right.cone is None or min(left.cone.on, right.cone.on) >= CLEAN:
         return left, right
