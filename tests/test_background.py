@@ -11,7 +11,7 @@ from stereo_lab.detection import BallColor, BallDetector, Detection
 from stereo_lab.detection.model import usual_camera
 from stereo_lab.localization import Localizer, sphere
 from stereo_lab.localization.background import GAMMA, backgrounds_of, fit_on_background, median_picture
-from stereo_lab.recording import open_recording
+from stereo_lab.recording import Position, open_recording
 
 WIDTH, HEIGHT = 320, 240
 CAMERA = usual_camera((HEIGHT, WIDTH))
@@ -129,8 +129,8 @@ def test_what_has_no_edges_is_smeared_or_of_another_size_is_left_as_it_is(books)
     assert fit_on_background(background, image, Detection(ball.u, ball.v, ball.radius_px, 0.9)) is None
     assert fit_on_background(background[:-2], image, ball) is None
     assert fit_on_background(background, image, replace(ball, cone=ball.cone._replace(smeared=True))) is None
-    aside = replace(ball, cone=ball.cone._replace(u=-3.0, v=-3.0))
-    assert fit_on_background(background, image, aside) is None
+    for u in (-3.0, WIDTH + 3.0, np.nan, np.inf):
+        assert fit_on_background(background, image, replace(ball, cone=ball.cone._replace(u=u))) is None
 
 
 def test_in_the_median_of_samples_there_is_no_ball(bench):
@@ -142,8 +142,8 @@ def test_in_the_median_of_samples_there_is_no_ball(bench):
         assert BallColor.named("red").likeness(sample.pair.left)[int(v), int(u)] > 128 and np.median(inside) < 128
 
 
-def test_the_background_is_taken_of_few_samples_from_all_over():
-    """However many there are: pictures fill a small computer's memory."""
+def samples_at(places):
+    """Samples with the ball at these (x, y), whose pictures are all of one grey, their number; and what was read of them."""
     read = []
 
     class Pair:
@@ -154,10 +154,25 @@ def test_the_background_is_taken_of_few_samples_from_all_over():
             read.append((side, self.k))
             return np.full((4, 4, 3), self.k, np.uint8)
 
-    left, right = backgrounds_of([SimpleNamespace(pair=Pair(k)) for k in range(101)])
+    return [SimpleNamespace(pair=Pair(k), measured=Position(x, y, 900)) for k, (x, y) in enumerate(places)], read
+
+
+def test_the_background_is_taken_of_few_samples_from_all_over():
+    """However many there are: pictures fill a small computer's memory."""
+    samples, read = samples_at([(100 * k, 0) for k in range(101)])
+    left, right = backgrounds_of(samples, 40)
     assert np.all(left == 50) and np.all(right == 50)
     assert len(read) <= 24 and {("left", 0), ("left", 100), ("right", 0), ("right", 100)} <= set(read)
-    assert backgrounds_of([SimpleNamespace(pair=Pair(k)) for k in range(4)]) == ()
+    assert backgrounds_of(samples[:4], 40) == ()
+
+
+def test_samples_on_one_line_of_sight_do_not_leave_a_ball_in_the_background():
+    """The depth samples lie behind each other, so that most pictures may show the ball at one place."""
+    line, plane = [(3 * k, 0) for k in range(6)], [(300, 0), (-300, 0), (0, 200), (0, -200)]
+    samples, read = samples_at(plane + line)
+    assert len(backgrounds_of(samples, 40)) == 2
+    assert {k for _, k in read} == {0, 1, 2, 3, 4, 5}
+    assert backgrounds_of(samples[4:], 40) == ()
 
 
 @pytest.fixture(scope="module")

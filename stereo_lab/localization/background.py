@@ -19,7 +19,9 @@ from stereo_lab.detection.cone import scatter_px, tukey
 from stereo_lab.detection.outline import CB, CR, GAMMA, LIGHT, LUMA, RAYS
 from stereo_lab.recording import Sample
 
-LEAST, MOST = 5, 9  # pictures: in fewer the ball may be at one place in most of them; with more little is gained
+LEAST, MOST = 5, 9  # pictures; with more little is gained
+# So many of them with the ball within two diameters of one place on the bench: in the median of five it is then not seen
+AT_ONE_PLACE, PLACE = 2, 2.0
 BLUR_PX = 0.8  # standard deviation of an edge in a webcam's picture: lens, pixels, colour mosaic
 RIM_PX = 4.0  # so far to both sides of the rim pixels are compared; over so few the ball's light changes evenly
 # Between these nothing of the ball is seen: what differs there is noise, or another thing
@@ -36,7 +38,7 @@ ROUNDS = 4
 # Errors of neighbouring pixels go together (colour mosaic, sharpening, JPEG), and no ball's light changes quite evenly:
 # measured on rendered balls before books, so many times more than if each erred alone
 TOGETHER = 4.0
-LEAST_BLOCKS = 20
+LEAST_BLOCKS = 8
 MOVED_PX, MOVED = 1.0, 0.25  # px and radii: so far from where it was found it is another thing
 
 LIGHT_AND_COLOR = np.concatenate([LUMA, CR, CB])
@@ -46,11 +48,29 @@ BEYOND = np.linspace(-4, 4, 161)
 COVERED = np.array([0.5 * math.erfc(x / 2**0.5) for x in BEYOND])
 
 
-def backgrounds_of(samples: Sequence[Sample]) -> tuple[np.ndarray, ...]:
-    """The background of the left and of the right camera, by samples from first to last; none where these are too few."""
-    if len(samples) < LEAST:
+def backgrounds_of(samples: Sequence[Sample], diameter_mm: float) -> tuple[np.ndarray, ...]:
+    """The background of the left and of the right camera, by samples with the ball at other and other places; none by too few.
+
+    Parameters
+    ----------
+    samples : sequence of Sample
+    diameter_mm : float, of the ball
+
+    Returns
+    -------
+    (left, right), ndarrays of shape (H, W, 3), uint8; or ()
+    """
+    apart: list[Sample] = []
+    for sample in samples:
+        here = sample.measured
+        near = [
+            math.hypot(s.measured.x_mm - here.x_mm, s.measured.y_mm - here.y_mm) < PLACE * diameter_mm for s in apart
+        ]
+        if sum(near) < AT_ONE_PLACE:
+            apart.append(sample)
+    if len(apart) < LEAST:
         return ()
-    chosen = [samples[k] for k in np.linspace(0, len(samples) - 1, min(MOST, len(samples))).round().astype(int)]
+    chosen = [apart[k] for k in np.linspace(0, len(apart) - 1, min(MOST, len(apart))).round().astype(int)]
     return tuple(median_picture([getattr(s.pair, side) for s in chosen]) for side in ("left", "right"))
 
 
@@ -81,7 +101,8 @@ def fit_on_background(background: np.ndarray, image: np.ndarray, ball: Detection
 
     Returns
     -------
-    Detection or None: where the room looks otherwise than it did, the ball looks like it, or is smeared
+    Detection or None: where the room looks otherwise than it did, or the ball looks like it, is smeared, or has its centre
+    outside the picture
     """
     cone = ball.cone
     if cone is None or cone.smeared or image.shape != background.shape:
@@ -125,11 +146,13 @@ class _Rim(NamedTuple):
 def _rim(background, image, cone):
     """What is seen at the rim of a cone, and what is behind it; None where the room looks otherwise."""
     (u, v, r), (height, width) = cone.circle, image.shape[:2]
+    if not (0 <= u < width and 0 <= v < height and 0 < r < width):
+        return None
     reach = r + AROUND_PX
     rows, columns = _blocks(u - reach, v - reach, min(width, u + reach), min(height, v + reach))
     rays = _rays(rows, columns, cone.look.camera)
     beyond = _beyond(rays, cone.axis, r).mean(0)
-    around, near = beyond > FAR_PX, np.abs(beyond) < RIM_PX
+    around, near = (beyond > FAR_PX) & (beyond < AROUND_PX), np.abs(beyond) < RIM_PX
     inside = near & (beyond < -2 * BLUR_PX)
     if min(map(np.count_nonzero, (around, inside))) < LEAST_BLOCKS:
         return None
@@ -172,14 +195,15 @@ def _missing(rim, axis, own):
 
     ``own``: how blue, green and red it is in its middle, and how much more so a radius to the right and down, shape (3, 3).
     """
-    beyond = _beyond(rim.rays, axis, rim.r) / BLUR_PX
+    off = _beyond(rim.rays, axis, rim.r)
+    beyond = off / BLUR_PX
     covered = np.interp(beyond, BEYOND, COVERED)
     ball = np.tensordot(own, rim.evenly, 1)
     mixed = covered * ball + (1 - covered) * rim.behind
     stored = _stored(mixed)
     steep = stored / (GAMMA * np.maximum(mixed, 1))  # change of what is stored by light
     moves = steep * (ball - rim.behind) * (np.exp(-np.square(beyond) / 2) / (BLUR_PX * (2 * np.pi) ** 0.5))
-    by_axis = rim.rays[:, None] * (rim.r / (axis @ axis - 1)) * moves
+    by_axis = rim.rays[:, None] * (rim.r / (axis @ axis - 1) / (1 + off / rim.r)) * moves
     by_light = (EACH_COLOR * rim.evenly[:, None] * (steep * covered)[:, None, None]).reshape(-1, *mixed.shape)
     slopes = _compared(np.concatenate([by_axis, by_light])) / rim.noise
     return rim.differs - _compared(stored - rim.dark) / rim.noise, slopes
@@ -201,7 +225,8 @@ def _rays(rows, columns, camera):
 
 def _beyond(rays, axis, r):
     """How far beyond a cone rays lie, px."""
-    return (1 - np.tensordot(axis, rays, 1)) * (r / (axis @ axis - 1))
+    gap = (1 - np.tensordot(axis, rays, 1)) / (axis @ axis - 1)  # of a small cone (d² − 1) / 2, d radii from its axis
+    return r * (np.sqrt(np.maximum(1 + 2 * gap, 0)) - 1)
 
 
 def _stored(light):

@@ -58,7 +58,7 @@ class ConeWay:
         diameter, depth = recording.ball.diameter_mm, recording.arm_depth_mm
         named = {f"{set_name}/{s.pair.name}": s for set_name, chosen in samples.items() for s in chosen}
         color = BallColor.named(color) if isinstance(color, str) else color
-        backgrounds = backgrounds_of(list(named.values()))
+        backgrounds = backgrounds_of(list(named.values()), diameter)
         (detectors, seen), told = _look(calibration, color, diameter, named, backgrounds), ""
         if 0 < len(seen) < len(named) and color.name in HUES:
             detectors, seen, told = _marked_by_itself(calibration, color, diameter, named, backgrounds, detectors, seen)
