@@ -105,9 +105,8 @@ def fit_cone(look: Look, off: np.ndarray, weights: np.ndarray) -> Cone | None:
         used = weights * tukey(away, limit)
     focal = float(look.camera[0][0, 0])
     radius = focal * tan2**0.5
-    stretch = ((tan2 + 1) ** 0.5 / z) ** 1.5  # the ellipse is longer away from the middle of the picture
+    outline = radius * ((tan2 + 1) ** 0.5 / z) ** 1.5  # the ellipse is longer away from the middle of the picture
     information = sums * (look.r / tan2 / spread_px(middle)) ** 2
-    outline = radius * stretch
     on = np.count_nonzero((away < max(ON_PX, ON * outline)) & clear) / max(1, int(np.count_nonzero(look.seen)))
     scatter = scatter_px(axis, information, focal, tan2, look.r)
     return Cone(*look.pixel(axis), outline, radius, look, off, weights, gap, on, axis, information, scatter)

@@ -146,14 +146,18 @@ class Look:
 
     def rays(self, off: np.ndarray) -> np.ndarray:
         """Unit vectors from the camera through the places this far beyond the circle, shape (RAYS, 3)."""
-        pixels = (RING * (self.r + off)).T[:, None] + (self.u, self.v)
-        rays = cv2.convertPointsToHomogeneous(cv2.undistortPoints(pixels, *self.camera))[:, 0]
-        return rays / np.sqrt(np.square(rays) @ SUM)
+        return unit_rays((RING * (self.r + off)).T[:, None] + (self.u, self.v), self.camera)
 
     def pixel(self, ray: np.ndarray) -> tuple[float, float]:
         """Where a ray from the camera, shape (3,), of any length, is seen: the other way round."""
         u, v = cv2.projectPoints(ray[None, None], STILL, STILL, *self.camera)[0].ravel().tolist()
         return u, v
+
+
+def unit_rays(pixels: np.ndarray, camera: Camera) -> np.ndarray:
+    """Unit vectors from the camera through N pixels, shape (N, 3)."""
+    rays = cv2.convertPointsToHomogeneous(cv2.undistortPoints(pixels, *camera))[:, 0]
+    return rays / np.sqrt(np.square(rays) @ SUM)
 
 
 def _light_and_color(stored, light, chroma):

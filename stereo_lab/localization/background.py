@@ -16,7 +16,7 @@ import numpy as np
 
 from stereo_lab.detection import Detection
 from stereo_lab.detection.cone import scatter_px, tukey
-from stereo_lab.detection.outline import CB, CR, GAMMA, LIGHT, LUMA, RAYS
+from stereo_lab.detection.outline import CB, CR, GAMMA, LIGHT, LUMA, RAYS, unit_rays
 from stereo_lab.recording import Sample
 
 LEAST, MOST = 5, 9  # pictures; with more little is gained
@@ -129,17 +129,15 @@ class _Rim(NamedTuple):
     """N blocks of 2 x 2 pixels near the rim; JPEG stores four of light of each, and one of each colour.
 
     ``r``: of the circle they lie round, px; ``rays`` through the pixels, shape (3, 4, N); ``evenly``: 1, how far to the right
-    and how far down they lie, radii, (3, 4, N). Light of what is ``seen`` and of what is ``behind``, blue, green and red, (3, 4, N);
-    what is stored of that background (``dark``). How what is stored ``differs`` from it, (6, N), in units of its ``noise``, (6, 1).
+    and how far down they lie, radii, (3, 4, N). Blue, green and red: what is ``stored`` in the picture, and the light of what is
+    ``behind``, (3, 4, N). ``noise`` of what is compared, (6, 1).
     """
 
     r: float
     rays: np.ndarray
     evenly: np.ndarray
-    seen: np.ndarray
+    stored: np.ndarray
     behind: np.ndarray
-    dark: np.ndarray
-    differs: np.ndarray
     noise: np.ndarray
 
 
@@ -160,21 +158,19 @@ def _rim(background, image, cone):
     seen, behind = LIGHT[stored], LIGHT[background[rows, columns].transpose(2, 0, 1)]
     gain = np.median((seen[..., around] + 1) / (behind[..., around] + 1), (1, 2))  # more or less light than it was
     behind = behind * gain[:, None, None]
-    dark = _stored(behind)
-    differs = _compared(stored - dark)
+    differs = _compared(stored - _stored(behind))
     noise = np.maximum(NORMAL * np.quantile(np.abs(differs[:, around]), QUARTER, axis=1), LEAST_NOISE)[:, None]
     away = _length(differs / noise)
     if np.quantile(away[around], AGREE) > SAME or np.median(away[inside]) < CLEAR:
         return None
     evenly = np.stack([np.ones(rows.shape), (columns - u) / r, (rows - v) / r])
-    noise = noise / COUNTS[:, None]
-    return _Rim(r, *(told[..., near] for told in (rays, evenly, seen, behind, dark, differs / noise)), noise)
+    return _Rim(r, *(told[..., near] for told in (rays, evenly, stored, behind)), noise / COUNTS[:, None])
 
 
 def _explain(rim, axis):
     """The axis a' and its information, shape (3, 3); None where nothing can be told."""
     inside = _beyond(rim.rays, axis, rim.r) < -2 * BLUR_PX
-    own = np.linalg.lstsq(rim.evenly[:, inside].T, rim.seen[:, inside].T, rcond=None)[0].T
+    own = np.linalg.lstsq(rim.evenly[:, inside].T, LIGHT[rim.stored[:, inside]].T, rcond=None)[0].T
     for _ in range(ROUNDS):
         missing, slopes = _missing(rim, axis, own)
         away = _length(missing)
@@ -206,7 +202,7 @@ def _missing(rim, axis, own):
     by_axis = rim.rays[:, None] * (rim.r / (axis @ axis - 1) / (1 + off / rim.r)) * moves
     by_light = (EACH_COLOR * rim.evenly[:, None] * (steep * covered)[:, None, None]).reshape(-1, *mixed.shape)
     slopes = _compared(np.concatenate([by_axis, by_light])) / rim.noise
-    return rim.differs - _compared(stored - rim.dark) / rim.noise, slopes
+    return _compared(rim.stored - stored) / rim.noise, slopes
 
 
 def _blocks(left, top, right, bottom):
@@ -219,8 +215,7 @@ def _blocks(left, top, right, bottom):
 def _rays(rows, columns, camera):
     """Unit vectors from the camera through pixels, shape (3, 4, N)."""
     pixels = np.stack([columns.ravel(), rows.ravel()], 1).astype(float)
-    rays = cv2.convertPointsToHomogeneous(cv2.undistortPoints(pixels, *camera))[:, 0].T
-    return (rays / np.linalg.norm(rays, axis=0)).reshape(3, *rows.shape)
+    return unit_rays(pixels, camera).T.reshape(3, *rows.shape)
 
 
 def _beyond(rays, axis, r):
