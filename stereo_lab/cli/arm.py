@@ -7,8 +7,42 @@ import contextlib
 import sys
 import time
 
+from stereo_lab.cli.options import Add, add_json, decimal
 from stereo_lab.cli.terminal import OK, write_json_option
 from stereo_lab.errors import ArmError, StereoLabError, UnreachableTargetError
+
+
+def add_to(add: Add) -> None:
+    """The commands and their options."""
+    arm = add(
+        "arm",
+        run_arm,
+        "Talk to an arm: list the ports, or name one and say what to do. Only home, move, calibrate and register move it; the last three home it first where it does not know where it stands.",
+        "arm virtual://arm move 30 45",
+    )
+    arm.add_argument(
+        "url", metavar="list|torque|URL",
+        help="list: the ports; torque: what the arm of a recording weighs on its joints; or a port: virtual://arm, COM3, "
+        "/dev/ttyUSB0, socket://…; feetech://PORT for bus servos",
+    )  # fmt: skip
+    arm.add_argument(
+        "action", nargs="?", metavar="ACTION",
+        help=f"{', '.join(ARM_ACTIONS)}, setup (default: status); after torque: folder or name of a recording",
+    )  # fmt: skip
+    arm.add_argument(
+        "angles", nargs="*", metavar="WORD", help="for move: shoulder and elbow in degrees; for register: the recording"
+    )
+    arm.add_argument("--left", type=int, default=0, metavar="N", help="for register: number of the left camera (0)")
+    arm.add_argument("--right", type=int, default=1, metavar="N", help="for register: number of the right camera (1)")
+    arm.add_argument("--keep", action="store_true", help="for register: write it into the recording")
+    arm.add_argument(
+        "--seconds",
+        type=decimal,
+        default=None,
+        metavar="S",
+        help="for monitor: stop after so long (else Ctrl-C ends it, with exit code 0)",
+    )
+    add_json(arm)
 
 
 def run_arm(options: argparse.Namespace) -> int:

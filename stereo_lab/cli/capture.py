@@ -1,4 +1,4 @@
-"""The commands of one's own cameras: board, cameras, record, import, check, export."""
+"""The commands of one's own cameras: record, check, cameras."""
 
 from __future__ import annotations
 
@@ -8,122 +8,51 @@ import os
 import time
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from stereo_lab.cli.boards import COLUMNS, ROWS, SQUARE_MM, board_of_option
+from stereo_lab.cli.options import Add, add_board, add_json, add_recording, decimal, seconds
 from stereo_lab.cli.terminal import OK, WANTING, me, typed, write_json_option
 from stereo_lab.errors import StereoLabError
 
-if TYPE_CHECKING:
-    from stereo_lab.recording import Board
 
-COLUMNS, ROWS, SQUARE_MM = "9", "6", "25"  # of a board of which nothing is told
-
-
-def board_of(columns: str, rows: str, options: argparse.Namespace, told_by: tuple[str, str]) -> Board:
-    """A board by its counts, which ``told_by`` names, and by the options --square-mm, --charuco, --marker-mm and --dictionary.
-
-    Raises
-    ------
-    StereoLabError
-        If there can be no such board.
-    """
-    from stereo_lab.recording import Board
-    from stereo_lab.recording.bounds import (
-        CHARUCO,
-        DICTIONARY,
-        MARKER,
-        corner_count,
-        dictionary_name,
-        length_mm,
-        markers_that_fit,
+def add_to(add: Add) -> None:
+    """The commands and their options."""
+    record = add(
+        "record", run_record, "Record with two cameras: boards by themselves when they are new, still and sharp; then the ball at "
+        "measured places, typed in. Ctrl-C ends it; starting again goes on.",
+        "record data/mine --left 0 --right 1 --board 9x6 --square-mm 25",
+    )  # fmt: skip
+    record.add_argument("out", metavar="OUT", help="folder of the recording: a new one, or one that was begun")
+    record.add_argument("--left", default="0", metavar="N", help="number of the left camera, or a video file (0)")
+    record.add_argument("--right", default="1", metavar="N", help="number of the right camera, or a video file (1)")
+    record.add_argument("--size", metavar="WxH", help="of the pictures, px (640x480, or that of the recording)")
+    record.add_argument(
+        "--rate", type=decimal, default=15.0, metavar="HZ", help="pairs a second (default: %(default)g)"
     )
+    record.add_argument(
+        "--board", metavar="9x6",
+        help="columns x rows: of a chessboard its inner corners, of a ChArUco board its squares (9x6, or that of the recording)",
+    )  # fmt: skip
+    add_board(record)
+    record.add_argument("--ball-color", metavar="NAME", help="of the ball (red, or that of the recording)")
+    record.add_argument("--ball-mm", metavar="MM", help="diameter of the ball (40, or that of the recording)")
+    record.add_argument(
+        "--set", choices=("calibration", "position", "depth"), default="calibration", dest="set_name",
+        help="boards, or the ball at places whose x, y and depth in mm are typed in, a line each",
+    )  # fmt: skip
+    record.add_argument("--seconds", type=seconds, metavar="S", help="end after so long")
+    add_json(record)
 
-    counted, more = ("squares", 1) if options.charuco else ("inner corners", 0)
-    across = corner_count(columns, f"{told_by[0]}, {counted} across", more)
-    down = corner_count(rows, f"{told_by[1]}, {counted} down", more)
-    square = length_mm(options.square_mm, "--square-mm")
-    if not options.charuco:
-        _of_no_use(options, "of a ChArUco board: add --charuco, or leave it out", "marker-mm", "dictionary")
-        return Board(across, down, square)
-    marker = markers_that_fit(options.marker_mm or MARKER * square, square, "--marker-mm")
-    dictionary = dictionary_name(options.dictionary or DICTIONARY, across * down // 2, "--dictionary")
-    return Board(across, down, square, CHARUCO, marker, dictionary)
+    check = add(
+        "check", run_check, "Look a recording through: what is wrong, what it costs in millimetres, and what to do.",
+        "check data/mine --report check.html",
+    )  # fmt: skip
+    check.add_argument("--report", metavar="FILE", help="write the findings with their figures, as HTML")
+    add_recording(check)
 
-
-def _of_no_use(options, why, *names):
-    """Refuse options that would do nothing beside the others."""
-    for name in names:
-        told = getattr(options, name.replace("-", "_"))
-        if told is not None and told is not False:  # 0 is told
-            raise StereoLabError(f"--{name} is {why}.")
-
-
-def run_import(options: argparse.Namespace) -> int:
-    """Make a recording from board pictures taken elsewhere, or of a calibration made elsewhere. The exit code is OK."""
-    from stereo_lab.recording import Ball, import_images, import_side_by_side, is_video
-    from stereo_lab.recording.bounds import color_name, length_mm
-
-    if options.calibration:
-        return _take_over(options)
-    if options.side_by_side and (options.left or options.right):
-        raise StereoLabError("Either --left and --right, or --side-by-side, not both.")
-    needed = ("board", "square-mm") if options.side_by_side else ("left", "right", "board", "square-mm")
-    lacking = [f"--{name}" for name in needed if not getattr(options, name.replace("-", "_"))]
-    if lacking:
-        raise StereoLabError(
-            f"Expected {', '.join(lacking)} as well; or --calibration, to take over one made elsewhere."
-        )
-    if options.every < 1:
-        raise StereoLabError(f"--every: expected a whole number from 1 up, got {options.every}.")
-    board = board_of_option(options)
-    ball = Ball(color_name(options.ball_color, "--ball-color"), length_mm(options.ball_mm, "--ball-mm"))
-    if options.left and is_video(options.left[0]):
-        recording = _from_films(options, board, ball)
-    elif options.side_by_side:
-        recording = import_side_by_side(options.side_by_side, board, options.out, ball)
-    else:
-        recording = import_images(options.left, options.right, board, options.out, ball)
-    pairs = recording.pairs("calibration")
-    print(f"{recording.path}: {len(pairs)} pairs of {recording.image_size[0]}x{recording.image_size[1]} pixels.")
-    print(f"Next: {me()} calibrate {typed(options.out)}")
-    write_json_option(
-        options.json, {"path": str(recording.path), "pairs": len(pairs), "image_size": list(recording.image_size)}
-    )
-    return OK
-
-
-def _from_films(options, board, ball):
-    """A recording from two films; how much later one began is said."""
-    from stereo_lab.capture import import_films
-    from stereo_lab.cli.terminal import Progress
-    from stereo_lab.recording import is_video
-
-    left, right = options.left[0], options.right[0]
-    if not is_video(right):
-        raise StereoLabError(f"{left} is a film and {right} is none: name two films, or two patterns.")
-    with Progress() as progress:
-        recording, later = import_films(left, right, board, options.out, ball, options.every, progress)
-    which = "right" if later > 0 else "left"
-    print(f"The {which} film began {abs(later):.2f} s later, by how the board moves.")
-    return recording
-
-
-def _take_over(options):
-    """A calibration made elsewhere, into a recording that has no boards, or into a new one."""
-    from stereo_lab.capture import import_calibration, recording_of
-    from stereo_lab.recording import Ball
-    from stereo_lab.recording.bounds import color_name, length_mm
-    from stereo_lab.results import report
-
-    if options.left or options.right:
-        raise StereoLabError("Either pictures of boards (--left, --right) or --calibration, not both.")
-    calibration = import_calibration(options.calibration, options.unit)
-    ball = Ball(color_name(options.ball_color, "--ball-color"), length_mm(options.ball_mm, "--ball-mm"))
-    recording = recording_of(calibration, options.out, ball)
-    print(*report.calibration_lines(calibration), sep="\n")
-    print(f"Next: put measured pairs of the ball into {recording.path}, in position and depth.")
-    write_json_option(options.json, {"path": str(recording.path), **calibration.facts()})
-    return OK
+    cameras = add("cameras", run_cameras, "Tell which cameras open, and what they give.", "cameras --which")
+    cameras.add_argument("--which", action="store_true", help="of two, find out which is the left one: cover its lens")
+    add_json(cameras)
 
 
 def run_cameras(options: argparse.Namespace) -> int:
@@ -156,14 +85,6 @@ def run_cameras(options: argparse.Namespace) -> int:
         )
     write_json_option(options.json, {"cameras": [asdict(camera) for camera in cameras]})
     return OK if len(working) >= 2 else WANTING
-
-
-def board_of_option(options: argparse.Namespace) -> Board:
-    """The board of --board, such as 9x6, and the options beside it."""
-    parts = options.board.lower().replace("×", "x").split("x")
-    if len(parts) != 2:
-        raise StereoLabError(f"--board: expected columns x rows of inner corners, as in 9x6; got {options.board!r}.")
-    return board_of(parts[0], parts[1], options, ("--board", "--board"))
 
 
 def run_record(options: argparse.Namespace) -> int:
@@ -294,46 +215,3 @@ def run_check(options: argparse.Namespace) -> int:
         told.write(checkup, recording, options.report)
     write_json_option(options.json, checkup.facts())
     return OK if checkup.verdict == "clean" else WANTING
-
-
-def run_export(options: argparse.Namespace) -> int:
-    """Write the calibration of a recording as other programs read it."""
-    from stereo_lab.calibration import calibrate_recording
-    from stereo_lab.capture import export_calibration
-    from stereo_lab.cli.terminal import Progress
-    from stereo_lab.recording import open_recording
-
-    recording = open_recording(options.recording)
-    with Progress() as progress:
-        calibration = calibrate_recording(recording, lambda done, total: progress("find the boards", done, total))
-    files = export_calibration(calibration, options.out, recording.name)
-    for file, what in zip(files, ("OpenCV, in mm", "ROS, the left camera", "ROS, the right camera"), strict=True):
-        print(f"{file}: {what}")
-    write_json_option(options.json, {"files": [str(file) for file in files]})
-    return OK
-
-
-def run_board(options: argparse.Namespace) -> int:
-    """Write a board, or marks for the table, as a PDF true to scale."""
-    from stereo_lab.capture import PAPERS_MM, board_sheet, mark_sheets
-    from stereo_lab.common.files import write_whole
-    from stereo_lab.plots import sheets_pdf
-
-    if Path(options.out).suffix.lower() != ".pdf":
-        raise StereoLabError(f"The sheets are a PDF: expected a name that ends in .pdf, got {options.out}.")
-    paper = {name.lower(): name for name in PAPERS_MM}.get(options.paper.lower(), options.paper)
-    if options.marks:
-        board_only = "columns", "rows", "square-mm", "charuco", "marker-mm", "dictionary"
-        _of_no_use(options, "of a board, and --marks prints none: leave one of them out", *board_only)
-        told = {"sheets": options.sheets, "from_mm": options.from_mm}
-        sheets = mark_sheets(paper, **{name: value for name, value in told.items() if value is not None})
-        what = f"{len(sheets)} sheet(s) of marks, {paper}. Lay them one behind the other, line on line."
-    else:
-        _of_no_use(options, "of marks: add --marks, or leave it out", "sheets", "from-mm")
-        options.square_mm = options.square_mm or SQUARE_MM
-        board = board_of(options.columns or COLUMNS, options.rows or ROWS, options, ("--columns", "--rows"))
-        sheets, what = [board_sheet(board, paper)], f"{board}, squares of {board.square_mm:g} mm, {paper}."
-    write_whole(options.out, sheets_pdf(sheets))
-    print(f"{options.out}: {what}")
-    print("Print it at 100 %, not fitted to the page, and measure the line of 100 mm.")
-    return OK

@@ -7,10 +7,23 @@ import subprocess
 import sys
 import tempfile
 
+from stereo_lab.cli.options import Add, add_recording
 from stereo_lab.cli.terminal import OK, Progress, write_json_option
 from stereo_lab.errors import StereoLabError
 
 COUNTING = "test_processors.py", "test_sittings.py"  # long, and never by the clock: they go beside the others
+
+
+def add_to(add: Add) -> None:
+    """The commands and their options."""
+    bench = add(
+        "bench", run_bench, "Measure speed and accuracy beside the alternatives, on this computer.",
+        "bench --json bench.json",
+    )  # fmt: skip
+    add_recording(bench)
+
+    test = add("test", run_test, "Run the tests: package and notebooks.", "test")
+    test.add_argument("--all", action="store_true", help="everything that continuous integration runs")
 
 
 def run_bench(options: argparse.Namespace) -> int:

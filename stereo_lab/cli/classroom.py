@@ -7,8 +7,53 @@ import re
 import time
 from pathlib import Path
 
+from stereo_lab.cli.options import Add, add_json, add_name
 from stereo_lab.cli.terminal import OK, Progress, write_json_option
 from stereo_lab.errors import StereoLabError
+
+
+def add_to(add: Add) -> None:
+    """The commands and their options."""
+    variant = add(
+        "variant", run_variant, "Make a recording for one seat: other boards, balls, lengths and numbers than the neighbour's.", "variant 17",
+    )  # fmt: skip
+    variant.add_argument(
+        "seed", type=int, metavar="SEED", help="the number of the seat; the same one gives the same recording"
+    )
+    variant.add_argument("--out", metavar="DIR", help="a folder to make (default: seat, in the learner's folder)")
+    add_name(variant)
+
+    hand = add("hand-in", run_hand_in, "Write a lesson as one file for the teacher, under a code name.", "hand-in 02")
+    hand.add_argument("lesson", metavar="LESSON", help="its number")
+    hand.add_argument(
+        "--with", action="append", default=[], dest="together_with", metavar="CODE", help="the code name of whoever worked on it with you"
+    )  # fmt: skip
+    hand.add_argument("--code-name", metavar="CODE", help="yours, if you do not want the one that was made for you")
+    hand.add_argument("--out", metavar="DIR", help="where to write the file (default: handed_in, in your folder)")
+    add_name(hand)
+
+    mark = add(
+        "grade", run_grade, "Run and mark the notebooks that a class has handed in; a table of who passed what.",
+        "grade handed_in --csv class.csv --html class.html",
+    )  # fmt: skip
+    mark.add_argument(
+        "folder", metavar="FOLDER", help="of notebooks, or of a folder for each learner; it is not changed"
+    )
+    mark.add_argument(
+        "--csv", required=True, metavar="FILE",
+        help="the table to write; what a teacher wrote into one that is there is kept. Beside it lies what is finished",
+    )  # fmt: skip
+    mark.add_argument(
+        "--html", metavar="FILE", help="the same as a page, with what was fallen for and what was written"
+    )
+    mark.add_argument("--due", metavar="TIME", help='later is late: a day, or "2026-10-05 12:00"')
+    mark.add_argument(
+        "--by-folder", action="store_true",
+        help="go by the folder and the date of each notebook, whatever name and time stand in it: as a class server's are collected",
+    )  # fmt: skip
+    mark.add_argument("--jobs", type=int, metavar="N", help="notebooks at a time (default: one for each core)")
+    mark.add_argument("--recording", metavar="REC", help="what the class worked on (default: as for demo)")
+    add_json(mark)
 
 
 def run_hand_in(options: argparse.Namespace) -> int:

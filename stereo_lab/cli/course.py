@@ -9,8 +9,36 @@ import subprocess
 import sys
 from pathlib import Path
 
+from stereo_lab.cli.options import Add, add_name, add_recording
 from stereo_lab.cli.terminal import OK, me, whose, write_json_option
 from stereo_lab.errors import StereoLabError
+
+
+def add_to(add: Add) -> None:
+    """The commands and their options."""
+    start = add(
+        "start", run_start,
+        "Open the course in JupyterLab, in a folder of your own with a clean copy of each lesson.", "start 03 --name ada",
+    )  # fmt: skip
+    start.add_argument(
+        "lesson",
+        nargs="?",
+        default="00",
+        metavar="LESSON",
+        help="its number (default: 00); after -- come options for JupyterLab",
+    )
+    start.add_argument(
+        "--data", metavar="FOLDER", help="where the recordings lie, if not with the kit (or: $STEREO_LAB_DATA)"
+    )
+    add_name(start)
+
+    reset = add("reset", run_reset, "Begin a lesson afresh; what you had is kept beside it.", "reset 03")
+    reset.add_argument("lesson", metavar="LESSON", help="its number")
+    add_name(reset)
+
+    progress = add("progress", run_progress, "Say how far you are.", "progress")
+    add_recording(progress)
+    add_name(progress)
 
 
 def run_start(options: argparse.Namespace) -> int:

@@ -5,7 +5,17 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from stereo_lab.cli.options import Add
 from stereo_lab.cli.terminal import OK
+
+
+def add_to(add: Add) -> None:
+    """The commands and their options."""
+    hand_out = add(
+        "export-nbgrader", run_export_nbgrader, "Write the course as assignments of nbgrader (its use needs the extra: instructor).",
+        "export-nbgrader course",
+    )  # fmt: skip
+    hand_out.add_argument("out", metavar="OUT", help="folder to make: nbgrader's course folder")
 
 
 def run_export_nbgrader(options: argparse.Namespace) -> int:

@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stereo_lab.cli.options import Add, add_json, decimal, seconds
 from stereo_lab.cli.terminal import OK, clear_line, write_json_option
 from stereo_lab.errors import StereoLabError
 
@@ -19,6 +20,52 @@ if TYPE_CHECKING:
 
 LINE_S = 0.2  # the live line is drawn anew so often; where nobody watches a terminal, every PLAIN_S
 PLAIN_S, WATCH_S = 5.0, 1.0
+
+
+def add_to(add: Add) -> None:
+    """The commands and their options."""
+    live = add(
+        "run", run_live,
+        "Locate the ball in pictures as they come, and follow it with an arm. Ctrl-C ends it. An arm that does not know where it "
+        "stands is homed first.",
+        "run --source virtual --arm virtual://arm --seconds 20 --log run.jsonl",
+    )  # fmt: skip
+    live.add_argument(
+        "--source", metavar="SOURCE", default="virtual",
+        help="a recording; cameras:0,1; virtual, or virtual:NAME for the bench of another recording (default: %(default)s)",
+    )  # fmt: skip
+    live.add_argument(
+        "--recording",
+        metavar="REC",
+        help="the recording that was taken with these cameras (default: the source's own; for cameras: as for demo)",
+    )
+    live.add_argument("--color", metavar="NAME", help="a colour, or a file that train wrote (default: the recording's)")
+    live.add_argument("--rate", type=decimal, default=30.0, metavar="HZ", help="pairs a second (default: %(default)g)")
+    live.add_argument(
+        "--arm", metavar="URL", help="follow the ball with this arm: virtual://arm, COM3, /dev/ttyUSB0, …"
+    )
+    live.add_argument(
+        "--touch", action="store_true", help="touch three balls that lie still, one after the other, and go home"
+    )
+    live.add_argument("--log", metavar="FILE", help="write a line for each pair of pictures (JSON Lines)")
+    live.add_argument(
+        "--mqtt", metavar="HOST[:PORT]", help="tell a broker; see `stereo-lab watch` (needs the extra: live)"
+    )
+    live.add_argument("--bench", metavar="NAME", help="what this bench is called there (default: this computer's name)")
+    live.add_argument("--seconds", type=seconds, metavar="S", help="end after so long")
+
+    log = add("log", run_log, "Summarise the log of a run.", "log run.jsonl --csv run.csv --plot run.png")
+    log.add_argument("file", metavar="FILE")
+    log.add_argument("--csv", metavar="FILE", help="write it as a table for a spreadsheet")
+    log.add_argument("--plot", metavar="FILE", help="draw it, CPU and memory among it (.png, .svg or .pdf)")
+    add_json(log)
+
+    watch = add(
+        "watch", run_watch, "Show a line for each bench that tells a broker of its run (needs the extra: live).",
+        "watch 192.168.1.10",
+    )  # fmt: skip
+    watch.add_argument("host", metavar="HOST[:PORT]", help="the broker")
+    watch.add_argument("--seconds", type=seconds, metavar="S", help="end after so long (else Ctrl-C ends it)")
 
 
 def run_live(options: argparse.Namespace) -> int:

@@ -8,7 +8,51 @@ from dataclasses import asdict
 from pathlib import Path
 
 from stereo_lab.cli.course import work_folder
+from stereo_lab.cli.options import Add, add_json, add_name
 from stereo_lab.cli.terminal import OK, WANTING, Progress, me, whose, write_json_option
+
+
+def add_to(add: Add) -> None:
+    """The commands and their options."""
+    ready = add(
+        "ready",
+        run_ready,
+        "Say, in half a minute, whether this computer is fit for the course, and what to do.",
+        "ready",
+    )
+    add_json(ready)
+    add_name(ready)
+
+    pack = add(
+        "pack",
+        run_pack,
+        "Write your folder, work and progress, into one file, for another computer.",
+        "pack stick/ada.zip",
+    )
+    pack.add_argument("file", nargs="?", metavar="FILE", help="to write (default: the folder's name and the time)")
+    add_name(pack)
+
+    unpack = add(
+        "unpack",
+        run_unpack,
+        "Bring what pack wrote into your folder; what lies there and is different is kept.",
+        "unpack stick/ada.zip",
+    )
+    unpack.add_argument("file", metavar="FILE")
+    add_name(unpack)
+
+    wheels = add(
+        "wheels", run_wheels, "Make a folder from which lab.py --offline sets up computers without a network.",
+        "wheels stick/wheels --system windows macos --python 3.12",
+    )  # fmt: skip
+    wheels.add_argument("out", metavar="OUT", help="the folder; what is in it already is not fetched again")
+    wheels.add_argument("--system", nargs="+", metavar="NAME", help="windows, macos, linux, linux-arm (this one)")
+    wheels.add_argument("--python", nargs="+", metavar="3.x", help="the Python of those computers (this one's)")
+    add_json(wheels)
+
+    places = add("places", run_places, "Say where lessons, recordings, your work and everything else lies.", "places")
+    add_json(places)
+    add_name(places)
 
 
 def run_ready(options: argparse.Namespace) -> int:

@@ -57,23 +57,6 @@ def clear_line() -> None:
         print("\r\033[K", end="", file=sys.stderr, flush=True)
 
 
-def decimal(word: str) -> float:
-    """A number among the options; what is none is told in the words of the rest of the kit."""
-    from stereo_lab.common.files import with_a_point
-
-    try:
-        return float(word)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"expected a number{with_a_point(word)}, got {word}") from None
-
-
-def seconds(word: str) -> float:
-    """A time that ends something."""
-    if (time_s := decimal(word)) > 0:  # refuses NaN as well
-        return time_s
-    raise argparse.ArgumentTypeError(f"expected a number of seconds above 0, got {word}")
-
-
 def check_outputs(options: argparse.Namespace) -> None:
     """Refuse files that cannot be written, before minutes of work are done for them, and those that something else lives in.
 

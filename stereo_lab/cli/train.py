@@ -5,8 +5,32 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from stereo_lab.cli.options import Add, add_recording
 from stereo_lab.cli.terminal import OK, Progress, write_json_option
 from stereo_lab.errors import StereoLabError
+
+
+def add_to(add: Add) -> None:
+    """The commands and their options."""
+    train = add(
+        "train", run_train, "Learn a ball of your own from pictures in which it is marked, and say how it does on others.",
+        "train clutter --out ball.json",
+    )  # fmt: skip
+    add_recording(train)
+    train.add_argument("--out", required=True, metavar="FILE", help="the ball to write (.json); --color FILE uses it")
+    train.add_argument(
+        "--marks", metavar="CSV", help="picture,u,v,radius_px, from the panel of lesson 09; u empty: no ball (default: proposed)"
+    )  # fmt: skip
+    train.add_argument(
+        "--set", dest="set_name", metavar="SET", help="of the recording (default: the first that shows balls)"
+    )
+    train.add_argument(
+        "--color", metavar="NAME", help="whose surest balls mark themselves (default: that of the recording)"
+    )
+    train.add_argument(
+        "--by-name", action="store_true", help="keep that colour; else it is learned from the marks as well"
+    )
+    train.add_argument("--from-nothing", action="store_true", help="learn without what the shipped weights know")
 
 
 def run_train(options: argparse.Namespace) -> int:

@@ -8,12 +8,84 @@ import sys
 import time
 from pathlib import Path
 
+from stereo_lab.cli.options import Add, add_json, add_recording
 from stereo_lab.cli.terminal import BAD_INPUT, OK, WANTING, Progress, write_json_option
 from stereo_lab.common.packages import to_install
 from stereo_lab.errors import RecordingError, StereoLabError
 
 FRAMES_LEARNED = 60  # of a video: enough that some show the ball clearly
 MOST_CORES = 4  # each holds 100 MB
+
+
+def add_to(add: Add) -> None:
+    """The commands and their options."""
+    demo = add(
+        "demo",
+        run_demo,
+        "Run the whole chain on a recording, beside the paper's numbers.",
+        "demo bench --report demo.html",
+    )
+    add_recording(demo)
+    demo.add_argument(
+        "--report", metavar="FILE", default="demo.html", help="picture report to write (default: %(default)s)"
+    )
+
+    calibrate = add(
+        "calibrate", run_calibrate, "Calibrate the two cameras of a recording.", "calibrate data/bench --json cal.json"
+    )
+    add_recording(calibrate)
+    calibrate.add_argument("--save", metavar="FILE", help="write the calibration itself, to be loaded in Python")
+    calibrate.add_argument("--report", metavar="FILE", help="picture of where the calibration knows least, as HTML")
+    calibrate.add_argument(
+        "--keep",
+        action="store_true",
+        help="write it into the recording, so that whoever gets the folder starts with it",
+    )
+    calibrate.add_argument(
+        "--swap",
+        action="store_true",
+        help="first rename the folders left and right of every set into each other, for cameras named the wrong way round",
+    )
+
+    detect = add(
+        "detect",
+        run_detect,
+        "Find the ball in pictures and videos.",
+        "detect data/bench/snaps/left/000.jpg --color red",
+    )
+    detect.add_argument("images", nargs="+", metavar="IMAGE")
+    detect.add_argument(
+        "--learn", action="store_true", help="let the surest balls of that colour mark themselves, and learn from them"
+    )
+    colors = detect.add_mutually_exclusive_group()
+    colors.add_argument(
+        "--color",
+        default="red",
+        help="red, orange, yellow, green, blue, or a file that train wrote (default: %(default)s)",
+    )
+    colors.add_argument(
+        "--color-from",
+        metavar="CSV",
+        help="learn the colour from balls that you marked, near and far: file,u,v,radius_px",
+    )
+    detect.add_argument("--method", choices=("paper", "cone"), default="cone")
+    add_json(detect)
+
+    render = add(
+        "render",
+        run_render,
+        "Make a shipped recording again (needs the extra: render).",
+        "render bench --out /tmp/bench --seed 7",
+    )
+    render.add_argument(
+        "name",
+        metavar="NAME",
+        help="bench, clutter, clutter_test, second_rig, third_rig, or a rig file of your own (.json)",
+    )
+    render.add_argument("--out", metavar="DIR", help="folder to make (default: data/NAME)")
+    render.add_argument("--seed", type=int, help="other poses and other noise")
+    render.add_argument("--sets", metavar="SET,SET", help="only these sets")
+    add_json(render)
 
 
 def run_demo(options: argparse.Namespace) -> int:
