@@ -13,7 +13,7 @@ from stereo_lab.calibration import calibrate_recording, homography
 from stereo_lab.common.files import read_table
 from stereo_lab.common.vectors import tangent_circle
 from stereo_lab.detection import BALL, HUES, BallColor, BallDetector, Detection, candidates, cone, hough, judge
-from stereo_lab.detection.detector import CERTAIN, FADES, SMEARED, unsure
+from stereo_lab.detection.detector import CERTAIN, FADES, SMEARED, SURE, unsure
 from stereo_lab.detection.learning import MOST, most_colorful
 from stereo_lab.detection.outline import ANGLE, RAYS, Look
 from stereo_lab.detection.training import weights_of
@@ -747,6 +747,17 @@ def test_a_learned_colour_is_the_one_written_down(bench):
     color = BallColor.from_samples([pair.left for pair in names], circles)
     coarse = color.table.reshape(8, 4, 8, 4, 8, 4).astype(float).mean((1, 3, 5))
     assert_as_written("colors/learned", [str(color.ranges), " ".join(f"{v:.0f}" for v in coarse.ravel())], {"whole": 1})
+
+
+def test_a_long_look_ends_where_one_thing_is_sure(monkeypatch):
+    monkeypatch.setattr("stereo_lab.detection.detector.GLANCES", 0)  # as where a glance does not tell
+    looks, plain = [], BallDetector._measure
+    monkeypatch.setattr(BallDetector, "_measure", lambda *given: looks.append(given) or plain(*given))
+    cluttered = open_recording(ROOT / "data" / "clutter").pairs("snaps")[5].left
+    seen = BallDetector("red").things(cluttered)
+    assert judge.sureness(seen) > SURE and len(looks) == 1
+    everything = BallDetector("red").things(cluttered, everything=True)
+    assert len(everything) > 10 and len(looks) > 10
 
 
 def test_an_unsure_edge_is_looked_for_again_and_the_surer_one_kept(bench):
