@@ -225,6 +225,7 @@ def test_a_good_table_is_taken_as_it_is(seed):
         ("unit", "centimetres", lambda t: t / 10),
         ("unit", "inches", lambda t: (t / 25.4).round(2)),
         ("unit_of_column", "depth in centimetres", lambda t: t / [1, 1, 10]),
+        ("unit_of_column", "x and y in centimetres", lambda t: t / [10, 10, 1]),
         ("origin", "depth", lambda t: t + np.outer(np.array(SETS) == "depth", [0, 0, 30])),
         ("scale", "", lambda t: t * 1.03),
     ],
@@ -594,6 +595,21 @@ def test_a_broken_picture_is_no_broken_table(bench, tmp_path):
     assert "003.jpg" in found["picture_broken"] and "table_broken" not in found
 
 
+def _rename_by_camera(mine):
+    for picture in (mine / "calibration").glob("*/*.jpg"):
+        picture.rename(picture.with_name(f"{picture.stem}_{picture.parent.name}.jpg"))
+
+
+def _keep_all_back(mine):
+    table = mine / "position" / "measured.csv"
+    table.write_text(table.read_text(encoding="utf-8").replace(",fit", ",check"), encoding="utf-8")
+
+
+def _upside_down(mine):
+    for picture in (mine / "position").glob("*/*.jpg"):
+        cv2.imwrite(str(picture), cv2.rotate(cv2.imread(str(picture)), cv2.ROTATE_180))
+
+
 @pytest.mark.parametrize(
     ("spoil", "name", "says"),
     [
@@ -603,6 +619,8 @@ def test_a_broken_picture_is_no_broken_table(bench, tmp_path):
         (lambda mine: (mine / "position" / "measured.csv").unlink(), "no_table", "no measured.csv"),
         (lambda mine: shutil.rmtree(mine / "depth" / "right"), "half_missing", "left camera alone"),
         (_misspell, "table_broken", "expected plane or volume"),
+        (_rename_by_camera, "names_differ", "one name"),
+        (_keep_all_back, "none_to_fit", "no line says fit"),
         (lambda mine: (mine / "position" / "measured.csv").write_bytes(b"PK\x03\x04\x14"), "misnamed", "it is a spreadsheet"),
     ],
 )  # fmt: skip
@@ -613,6 +631,28 @@ def test_what_would_stop_the_chain_is_told_before(third_rig, tmp_path, spoil, na
     found = check_recording(open_recording(mine))
     assert says in {finding.name: finding.says for finding in found.findings}[name]
     assert found.verdict == ("clean" if name == "no_table" else "wanting")
+
+
+def test_a_small_set_that_loses_its_balls_is_no_note(bench, tmp_path):
+    """The eight pairs of position are few of seventy, and all that x and y are fitted on."""
+    mine = whole(bench, tmp_path / "mine")
+    _upside_down(mine.path)
+    lost = next(
+        f for f in check_recording(mine).findings if f.files and set(f.files) <= {f"position/{k:03d}" for k in range(8)}
+    )
+    assert lost.severity == COSTS and "most of the set position" in lost.says
+
+
+def test_boards_that_tell_little_accuse_no_square(third_rig, tmp_path):
+    mine = whole(third_rig, tmp_path / "mine")
+    for side in ("left", "right"):
+        poses = [(mine.path / "calibration" / side / f"00{k}.jpg").read_bytes() for k in (3, 5)]
+        rng = np.random.default_rng(1)
+        for k, file in enumerate(sorted((mine.path / "calibration" / side).glob("*.jpg"))):
+            image = cv2.imdecode(np.frombuffer(poses[k % 2], np.uint8), 1)
+            cv2.imwrite(str(file), np.clip(image + rng.normal(0, 2, image.shape), 0, 255).astype(np.uint8))
+    names = {finding.name for finding in check_recording(open_recording(mine.path)).findings}
+    assert "one_place" in names and "square_scale" not in names
 
 
 @pytest.mark.parametrize(("name", "severity"), [("red", NOTE), ("yellow", COSTS)])

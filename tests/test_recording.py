@@ -121,10 +121,28 @@ def test_broken_facts_are_named(small, change, says):
         open_recording(small)
 
 
+@pytest.mark.parametrize("depth", ["1.024", '"1,024"'])
+def test_a_sign_between_the_thousands_is_told(small, depth):
+    table = small / "position" / "measured.csv"
+    table.write_text(f"name,x_mm,y_mm,depth_mm,use\n000,1,2,823,fit\n001,4,5,{depth},check\n")
+    with pytest.raises(RecordingError, match=r"line 3, depth_mm: 1\.024 stands beside 823.*Write 1024"):
+        open_recording(small).samples("position")
+    table.write_text("name,x_mm,y_mm,depth_mm,use\n000,1,2,823,fit\n001,4,5,823.024,check\n")
+    assert len(open_recording(small).samples("position")) == 2
+
+
 def test_missing_half_is_named(small):
     (small / "position" / "right" / "001.jpg").unlink()
     with pytest.raises(RecordingError, match=r"001\.jpg.*half of the pair"):
         open_recording(small).pairs("position")
+
+
+def test_cameras_that_name_their_pictures_are_told_and_no_half_is_taken_away(small):
+    for picture in (small / "position").glob("*/*.jpg"):
+        picture.rename(picture.with_name(f"IMG_{picture.stem}_{picture.parent.name}.jpg"))
+    with pytest.raises(RecordingError, match=r"one name.*IMG_000_left\.jpg.*IMG_000_right\.jpg") as caught:
+        open_recording(small).pairs("position")
+    assert "half" not in str(caught.value)
 
 
 @pytest.mark.parametrize(("lost", "says"), [(1, "picture 002.jpg: half"), (3, "picture 002.jpg and 2 more: half")])

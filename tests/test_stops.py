@@ -23,6 +23,7 @@ def run(bench, monkeypatch, capsys):
         ("pixel(2)", "square brackets"),
         ("pixel['red']", "a whole number"),
         ("doubles", "Python knows no doubles here"),
+        ("pi", "from math import pi"),
         ("math.pi", "nobody told Python of math yet: write import math in a cell above"),
         ("1 / 0", "below a line is zero"),
     ],

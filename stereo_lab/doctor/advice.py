@@ -1,6 +1,7 @@
 """What to do about each fault, in a sentence."""
 
 ADVICE = {
+    "names_differ": "Rename them, so that both halves of a pair have the same name: 000.jpg in left and 000.jpg in right.",
     "half_missing": "Put the picture back, or take its other half away: that of the same moment.",
     "picture_twice": "Take the copy away, with its line in measured.csv, or put the right picture in its place.",
     "picture_broken": "Copy the picture again, or take it again.",
@@ -53,6 +54,7 @@ ADVICE = {
     "ball_lost": "Look at these pictures, and take them again.",
     "columns_exchanged": "Put the columns of measured.csv into the order x, y, depth.",
     "sign": "x grows to the right and y upwards, as the cameras see it: turn the sign of this column round.",
+    "none_to_fit": "Write fit in the column use for at least every second line; or leave the column empty.",
     "no_line": "Write a line for each picture, with its name, x, y and depth; or take the picture away.",
     "other_side": "Count it from the same point, and towards the same side, as in the other sets.",
     "slant": "Measure depth straight away from the cameras, at right angles to the line between them, not along the line of sight.",

@@ -20,6 +20,7 @@ from stereo_lab.doctor.scales import arm_told
 from stereo_lab.errors import StereoLabError
 from stereo_lab.recording import Recording, read_image
 from stereo_lab.recording.bounds import CHARUCO
+from stereo_lab.recording.model import SHARED_OUT
 from stereo_lab.recording.strays import strays
 
 SHOWN = 3  # pairs in which the board is looked for first
@@ -121,7 +122,7 @@ def _whole_pairs(own, findings):
     try:
         pairs = own.pairs("calibration")
     except StereoLabError as error:
-        findings.append(Finding("half_missing", str(error), ADVICE["half_missing"], severity=STOPS))
+        findings.append(_unreadable(error))
         return ()
     if pairs[0].right_path is None:
         says = "The boards were taken with the left camera alone."
@@ -172,6 +173,9 @@ def _look_at_sets(recording, known, say):
                 f"{len(without)} of {len(pairs)} pictures of {name} have no line in its measured.csv, and are not used."
             )
             findings.append(Finding("no_line", says, ADVICE["no_line"], tuple(f"{name}/{lost}" for lost in without)))
+        if name in SHARED_OUT and lines and not any(sample.use == "fit" for sample in lines):
+            says = f"In the measured.csv of {name} no line says fit in the column use: the paper's way has nothing to fit on, and demo stops."
+            findings.append(Finding("none_to_fit", says, ADVICE["none_to_fit"], severity=STOPS))
         if name in SETS and pairs[0].right_path is None:
             says = f"{name} was taken with the left camera alone: no depth comes out of it."
             findings.append(Finding("half_missing", says, ADVICE["left_alone"], severity=STOPS))

@@ -21,8 +21,8 @@ from stereo_lab.doctor.balls import (
     why_lost,
 )
 from stereo_lab.doctor.cameras import Cameras
-from stereo_lab.doctor.findings import STOPS, Evidence, Finding, listed
-from stereo_lab.doctor.known import MOST
+from stereo_lab.doctor.findings import COSTS, NOTE, STOPS, Evidence, Finding, listed
+from stereo_lab.doctor.known import MOST, doubt_mm
 from stereo_lab.doctor.numbers import AXES, WRONG_MM, likeliest_table, place, right_lines, slip_of
 from stereo_lab.doctor.partners import exchanged_sets, shifted_pairs, sides_told
 from stereo_lab.doctor.scales import scale_by_ruler, scales_told, squares_or_table
@@ -110,10 +110,13 @@ def _lost(sightings: Sequence[Sighting], recording: Recording) -> list[Finding]:
         return []
     if moved := moved_up_or_down(sightings):
         return [moved]
-    files, share = tuple(s.name for s in lost), len(lost) / len(sightings)
-    name, why = why_lost(lost, recording.ball if share > LOST_PART else None)
-    severity = "stops" if len(sightings) - len(lost) < 3 else "costs" if share > LOST_PART else "note"
-    says = f"The ball was lost in {len(lost)} of {len(sightings)} measured pairs. {why}"
+    files, many = tuple(s.name for s in lost), len(lost) > LOST_PART * len(sightings)
+    of_set = [s.name.split("/")[0] for s in lost]
+    bereft = [k for k in SETS if of_set.count(k) > sum(s.name.startswith(f"{k}/") for s in sightings) / 2]
+    name, why = why_lost(lost, recording.ball if many or bereft else None)
+    severity = STOPS if len(sightings) - len(lost) < 3 else COSTS if many or bereft else NOTE
+    where = f", in most of the {listed('set', bereft)}" if bereft and not many else ""
+    says = f"The ball was lost in {len(lost)} of {len(sightings)} measured pairs{where}. {why}"
     values = tuple((s.name, float(s.seen)) for s in sightings)
     return [
         Finding(name, says, ADVICE[name], files, None, severity, Evidence("ball seen by both cameras", values, files))
@@ -143,7 +146,8 @@ def _numbers(recording, calibration, seen, points, deep, clean, findings, swappe
         findings = [*findings, finding]
         size, size_sigma = size_of_ball(seen, points, calibration)
         by_ball = recording.ball.diameter_mm / size
-    by_ruler, sigma = scale_by_ruler(points, best, deep, clean / 2 / calibration.depth_mm)
+    doubt = max(clean, doubt_mm(calibration))  # with what its boards lack
+    by_ruler, sigma = scale_by_ruler(points, best, deep, doubt / 2 / calibration.depth_mm)
     findings += scales_told(recording, calibration, by_ball, size_sigma / size, by_ruler, sigma, best)
     belongs = right_lines(best.table, best.placed, deep)
     if _fits_nowhere(best.placed, belongs, clean):
@@ -205,7 +209,7 @@ def _whole_table(best, table, seen):
         "unit": f"The measured numbers{whose} fit when they are read as {best.what}.",
         "side": f"The measured numbers{whose} fit when they are counted from the other side, as {best.what}.",
         "slant": f"The measured depths{whose} fit when they are taken along the line of sight, from the lens to the ball.",
-        "unit_of_column": f"The measured numbers{whose} fit when {best.what.replace(' in ', ' is read as ')}.",
+        "unit_of_column": f"The measured numbers{whose} fit when they are read as {best.what}.",
     }
     if best.name == "origin":
         return _another_origin(best, files, next(s.name for s in seen if s.name not in files).split("/")[0])

@@ -183,13 +183,9 @@ def _mistakes(table, turned):
             yield 0.4, "sign", " and ".join(AXES[k] for k in minus), table * signs
     for unit, factor in UNITS.items():
         yield 0.4, "unit", unit, table * factor
-        for axis in range(3):
-            yield (
-                0.6,
-                "unit_of_column",
-                f"{AXES[axis]} in {unit}",
-                table * [factor if k == axis else 1 for k in range(3)],
-            )
+        for axes in ((0,), (1,), (2,), (0, 1)):  # x and y are read off one sheet
+            what = f"{' and '.join(AXES[k] for k in axes)} in {unit}"
+            yield 0.6, "unit_of_column", what, table * [factor if k in axes else 1 for k in range(3)]
 
 
 def _other_origin(points, table, deep, inside):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from types import TracebackType
 from typing import Any
 
@@ -32,4 +33,6 @@ def _meaning(error: Exception) -> str:
     if known or not isinstance(error, NameError) or isinstance(error, UnboundLocalError):
         return known
     name = error.name or "this name"
+    if hasattr(math, name):
+        return f"{name} has to be taken from a module first: from math import {name}"
     return f"Python knows no {name} here. A word goes in quotes. A name is spelled as in the cells above, and they have to be run first."

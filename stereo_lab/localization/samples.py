@@ -13,7 +13,10 @@ def check_enough(found: Sized, missed: Sequence[str], least: int, recording: Rec
     """Raise a StereoLabError that names the missed samples where fewer than ``least`` are left."""
     count = len(found) + len(missed)
     if count == 0:
-        raise StereoLabError(f"No measured pairs are left to fit on; {least} are needed. Leave fewer of them out.")
+        raise StereoLabError(
+            f"No measured pairs are left to fit on; {least} are needed. In measured.csv the column use says fit for these: "
+            "are there such lines? Were too many left out?"
+        )
     if count < least:
         raise StereoLabError(
             f"There are {count} measured pairs to fit on; {least} are needed. "

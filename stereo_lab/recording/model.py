@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import reprlib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -15,6 +16,7 @@ from stereo_lab.recording.sample import Ball, Board, Position, Sample, StereoPai
 from stereo_lab.recording.strays import told_of_strays
 
 SHARED_OUT = ("position", "depth")  # sets that are fitted to; every line of their tables may be kept back
+THOUSANDS = re.compile(r"\d{1,3}\.\d{3}")
 USES = {**dict.fromkeys(SHARED_OUT, ("fit", "check")), "evaluation": ("plane", "volume")}
 
 
@@ -125,6 +127,7 @@ class Recording:
             raise RecordingError(
                 f"{self.path / set_name / 'measured.csv'} has no rows: one is expected for each picture, name, x, y and depth."
             )
+        _check_thousands(rows)
         samples: list[Sample] = []
         for where, row in rows:
             pair = _find_pair(pairs, row["name"], where)
@@ -216,7 +219,28 @@ def pictures_in(folder: Path) -> dict[str, Path]:
     return found
 
 
+def _check_thousands(rows):
+    """Refuse depths of which some are written 1.024 and all others as whole numbers: a spreadsheet parted the thousands."""
+    depths = [(where, (row["depth_mm"] or "").strip()) for where, row in rows]
+    parted = [(where, depth) for where, depth in depths if THOUSANDS.fullmatch(depth)]
+    whole = [depth for _, depth in depths if depth.isdecimal()]
+    if parted and len(parted) + len(whole) == len(depths) and whole:
+        (where, depth), least = parted[0], min(map(int, whole))
+        if max(float(depth) for _, depth in parted) < least / 10:
+            raise RecordingError(
+                f"{where}, depth_mm: {depth} stands beside {least}. A point between the thousands? "
+                f"Write {depth.replace('.', '')}, and so in all lines."
+            )
+
+
 def _check_halves(folder, left, right):
+    if len(left) == len(right) > 0 and not left.keys() & right.keys():
+        one, other = (next(iter(side.values())).name for side in (left, right))
+        raise RecordingError(
+            f"{folder}: the two pictures of one moment are expected to have one name, in left and in right. "
+            f"None has; left begins with {one}, right with {other}. Give both the same name.",
+            fault="names_differ",
+        )
     for side, have, other in (("left", left, right), ("right", right, left)):
         lost = [other[name].name for name in other if name not in have]
         if lost:
