@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from types import TracebackType
 from typing import Any
 
 from stereo_lab.exercises.language import translated
 from stereo_lab.exercises.wording import meaning_of
+
+# What lessons take from a module; dist or gamma is rather a name of the learner's own
+OF_MATH = {"pi", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "hypot", "degrees", "radians"}
 
 
 def explain_stops() -> None:
@@ -33,6 +35,6 @@ def _meaning(error: Exception) -> str:
     if known or not isinstance(error, NameError) or isinstance(error, UnboundLocalError):
         return known
     name = error.name or "this name"
-    if hasattr(math, name):
+    if name in OF_MATH:
         return f"{name} has to be taken from a module first: from math import {name}"
     return f"Python knows no {name} here. A word goes in quotes. A name is spelled as in the cells above, and they have to be run first."
