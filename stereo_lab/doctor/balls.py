@@ -40,6 +40,11 @@ class Sighting:
     rows_px: float | None = None
 
     @property
+    def set_name(self) -> str:
+        """The set that its pair is of."""
+        return self.name.split("/")[0]
+
+    @property
     def seen(self) -> bool:
         """Whether both cameras see it."""
         return self.left is not None and self.right is not None and self.rows_px is None

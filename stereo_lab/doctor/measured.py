@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -111,8 +112,8 @@ def _lost(sightings: Sequence[Sighting], recording: Recording) -> list[Finding]:
     if moved := moved_up_or_down(sightings):
         return [moved]
     files, many = tuple(s.name for s in lost), len(lost) > LOST_PART * len(sightings)
-    of_set = [s.name.split("/")[0] for s in lost]
-    bereft = [k for k in SETS if of_set.count(k) > sum(s.name.startswith(f"{k}/") for s in sightings) / 2]
+    lost_of, all_of = (Counter(s.set_name for s in some) for some in (lost, sightings))
+    bereft = [name for name in SETS if lost_of[name] > all_of[name] / 2]
     name, why = why_lost(lost, recording.ball if many or bereft else None)
     severity = STOPS if len(sightings) - len(lost) < 3 else COSTS if many or bereft else NOTE
     where = f", in most of the {listed('set', bereft)}" if bereft and not many else ""
@@ -133,7 +134,7 @@ def _other_name(seen, recording):
 
 def _numbers(recording, calibration, seen, points, deep, clean, findings, swapped):
     table = np.array([[m.x_mm, m.y_mm, m.depth_mm] for m in (s.sample.measured for s in seen)])
-    sets = [s.name.split("/")[0] for s in seen]
+    sets = [s.set_name for s in seen]
     best, mirror = likeliest_table(points, table, deep, sets), ""
     if swapped and (mirror := _seen_how(points, table, deep, best)):
         points = points * TURNED[mirror]
@@ -189,8 +190,8 @@ def _unfit(best, seen):
     """A table, or that of one set, that fits nowhere, whichever mistake is undone."""
     off = best.placed.off
     wrong = [k for k in range(len(seen)) if off[k] > WRONG_MM]
-    sets = sorted({seen[k].name.split("/")[0] for k in wrong})
-    whose = f" of the {listed('set', sets)}" if len(sets) < len({s.name.split("/")[0] for s in seen}) else ""
+    sets = sorted({seen[k].set_name for k in wrong})
+    whose = f" of the {listed('set', sets)}" if len(sets) < len({s.set_name for s in seen}) else ""
     says = (
         f"{len(wrong)} measured places{whose} do not fit what the cameras see, however they are turned: half of these are off by "
         f"{np.median(off[wrong]):.0f} mm or more, and no single mistake explains it."
@@ -202,7 +203,7 @@ def _unfit(best, seen):
 def _whole_table(best, table, seen):
     """A mistake of all tables, or of those of some sets."""
     whose = f" of the {listed('set', best.sets)}" if best.sets else ""
-    files = tuple(s.name for s in seen if not best.sets or s.name.split("/")[0] in best.sets)
+    files = tuple(s.name for s in seen if not best.sets or s.set_name in best.sets)
     says = {
         "columns": f"The measured columns{whose} fit when they are read as {best.what}.",
         "sign": f"The measured numbers{whose} fit when the sign of {best.what} is turned round.",
@@ -212,7 +213,7 @@ def _whole_table(best, table, seen):
         "unit_of_column": f"The measured numbers{whose} fit when they are read as {best.what}.",
     }
     if best.name == "origin":
-        return _another_origin(best, files, next(s.name for s in seen if s.name not in files).split("/")[0])
+        return _another_origin(best, files, next(s.set_name for s in seen if s.name not in files))
     name = {"columns": "columns_exchanged", "side": "sign", "unit_of_column": "unit"}.get(best.name, best.name)
     does = float(np.percentile(np.linalg.norm(best.table - table, axis=1), MOST))
     advice = ADVICE["other_side" if best.name == "side" else name]

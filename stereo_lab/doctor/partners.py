@@ -114,8 +114,8 @@ def shifted_pairs(sightings: Sequence[Sighting], calibration: StereoCalibration)
     calibration : StereoCalibration
     """
     found = []
-    for set_name in dict.fromkeys(s.name.split("/")[0] for s in sightings):
-        inside = [s for s in sightings if s.name.split("/")[0] == set_name]
+    for set_name in dict.fromkeys(s.set_name for s in sightings):
+        inside = [s for s in sightings if s.set_name == set_name]
         wrong = _together(inside, 0, calibration) == 0
         for by in SHIFTS if wrong.sum() >= LEAST else ():
             other = _together(inside, by, calibration)[wrong]
