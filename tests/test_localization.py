@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import shutil
 from dataclasses import replace
 from types import SimpleNamespace
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 from conftest import ROOT
+from stereo_lab.cli import main
 from stereo_lab.detection import BallDetector, Detection
 from stereo_lab.errors import StereoLabError
 from stereo_lab.localization import Localizer, disparities, doubt, find_pair, matching, ours, paper, sphere
@@ -394,6 +396,29 @@ def test_a_run_on_a_spoilt_recording_says_that_the_recording_is_at_fault(tmp_pat
     else:
         assert any(sentence.startswith(says) for sentence in told), told
         assert told[-1].endswith(f"stereo-lab check {folder}")
+
+
+def test_a_run_by_tables_that_fit_nowhere_says_so_before_anything_moves(tmp_path, capsys):
+    folder = tmp_path / "rig"
+    shutil.copytree(ROOT / "data" / "second_rig", folder)
+    run = ["run", "--recording", str(folder), "--arm", "virtual://arm", "--seconds", "0.2"]
+    assert main(run) == 0
+    assert "contradict" not in capsys.readouterr().out and not Localizer.fit(open_recording(folder)).unlike
+    for name in ("position", "depth"):
+        table = folder / name / "measured.csv"
+        head, *lines = table.read_text().splitlines()
+        turned = [re.sub(r",(-?)([\d.]+)", lambda m: f",{'' if m[1] else '-'}{m[2]}", line, count=1) for line in lines]
+        table.write_text("\n".join([head, *turned]) + "\n")
+    fitted = Localizer.fit(open_recording(folder))
+    off = np.abs(fitted.residuals_mm).max(1)
+    names = [
+        f"{s.pair.set_name}/{s.pair.name}" for n in ("position", "depth") for s in open_recording(folder).samples(n)
+    ]
+    assert len(fitted.unlike) > 7 and fitted.unlike[0] in {names[k] for k in np.argsort(-off)[:3]}
+    assert main(run) == 0
+    told = capsys.readouterr().out
+    assert f"contradict each other, {len(fitted.unlike)} of 14 by more than 6 times" in told
+    assert told.index(f"stereo-lab check {folder}") < told.index("The arm moves")
 
 
 def test_a_scale_that_no_ruler_has_is_taken_for_another_unit():

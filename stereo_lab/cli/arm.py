@@ -8,7 +8,7 @@ import sys
 import time
 
 from stereo_lab.cli.options import Add, add_json, decimal
-from stereo_lab.cli.terminal import OK, write_json_option
+from stereo_lab.cli.terminal import OK, tell_fit, write_json_option
 from stereo_lab.errors import ArmError, StereoLabError, UnreachableTargetError
 
 
@@ -217,6 +217,7 @@ def _arm_register(arm, options):
         )
     recording = open_recording(options.angles[0] if options.angles else None)
     localizer = Localizer.fit(recording)
+    tell_fit(localizer, recording)
     with _cameras(arm, recording, options) as cameras:
         arm.set_limits(recording.arm.limits_deg)
         _home_if_lost(arm)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stereo_lab.cli.options import Add, add_json, decimal, seconds
-from stereo_lab.cli.terminal import OK, clear_line, write_json_option
+from stereo_lab.cli.terminal import OK, clear_line, tell_fit, write_json_option
 from stereo_lab.errors import StereoLabError
 
 if TYPE_CHECKING:
@@ -89,6 +89,7 @@ def run_live(options: argparse.Namespace) -> int:
         source = stack.enter_context(open_source(options.source, rate_hz=options.rate, recording=stage))
         recording = stage or getattr(source, "recording", None) or open_recording()
         localizer = Localizer.fit(recording, color=options.color)
+        tell_fit(localizer, recording)
         arm = None if options.arm is None else stack.enter_context(_arm(options.arm, recording))
         move_on = _set_the_stage(source, arm, options.touch)
         sinks = _sinks(options, source, recording, localizer, stack)

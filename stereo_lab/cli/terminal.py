@@ -9,8 +9,13 @@ import shutil
 import sys
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from stereo_lab.errors import StereoLabError
+
+if TYPE_CHECKING:
+    from stereo_lab.localization import Localizer
+    from stereo_lab.recording import Recording
 
 OUTPUTS = {
     "json": (".json",),
@@ -55,6 +60,16 @@ def clear_line() -> None:
     """Wipe the progress line off the terminal."""
     if sys.stderr is not None and sys.stderr.isatty():
         print("\r\033[K", end="", file=sys.stderr, flush=True)
+
+
+def tell_fit(localizer: Localizer, recording: Recording) -> None:
+    """Print what speaks against the fit that places, or an arm, will follow."""
+    way, doubts = localizer.way, localizer.doubts
+    for line in (way.color_told, way.squares_told, *doubts):
+        if line:
+            print(line)
+    if doubts:
+        print(f"What is wrong there, and what to do: stereo-lab check {recording.path}", flush=True)
 
 
 def check_outputs(options: argparse.Namespace) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,8 @@ RULER_SIGMA_MM = 0.6  # a ruler read to whole millimetres
 SQUARE_SIGMA = 0.002  # of its length: a printer's squares, measured over the whole board with a ruler
 MISFIT = 6.0  # standard deviations: samples that are off by so much even then tell of no scale
 SURE = 3.0  # standard deviations by which the samples must contradict the squares to be believed
+BY_HAND_MM = 1.5  # standard deviation of a place that is measured with a ruler held by hand
+FAR_OFF = 6.0  # standard deviations: neither cameras nor ruler explain it
 
 
 def fit_bench(camera_Nx3: np.ndarray, bench_Nx3: np.ndarray, sigma_Nx3: np.ndarray) -> RigidFit:
@@ -24,6 +27,23 @@ def fit_bench(camera_Nx3: np.ndarray, bench_Nx3: np.ndarray, sigma_Nx3: np.ndarr
     misfit = np.linalg.norm(free.residuals_mm, axis=1) / np.linalg.norm(sigma_Nx3, axis=1)
     believed = abs(free.scale - 1) > SURE * free.scale_sigma and np.median(misfit) < MISFIT
     return free if believed else held
+
+
+def far_off(names: Iterable[str], off_Nx3: Iterable[ArrayLike], sigmas: Iterable[ArrayLike | None]) -> dict[str, float]:
+    """Places that neither cameras nor ruler explain: name -> how many standard deviations off, the worst first.
+
+    Parameters
+    ----------
+    names : of the places
+    off_Nx3 : how far off each is from where it was measured, along x, y and depth, mm
+    sigmas : of each, the standard deviations that the cameras leave, mm; None where nobody knows
+    """
+    off = {
+        name: float((np.abs(by) / np.hypot(sigma, BY_HAND_MM)).max())
+        for name, by, sigma in zip(names, off_Nx3, sigmas, strict=True)
+        if sigma is not None
+    }
+    return {name: off[name] for name in sorted(off, key=lambda name: -off[name]) if off[name] > FAR_OFF}
 
 
 def pixel_sigma(

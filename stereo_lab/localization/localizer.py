@@ -11,11 +11,13 @@ import numpy as np
 from stereo_lab.calibration import StereoCalibration, calibrate_recording
 from stereo_lab.detection import BallColor, Detection, check_image
 from stereo_lab.errors import StereoLabError
+from stereo_lab.localization.doubt import FAR_OFF
 from stereo_lab.localization.ours import ConeWay
 from stereo_lab.localization.paper import PaperWay
 from stereo_lab.recording import Position, Recording, Sample
 
 WAYS: dict[str, type[ConeWay] | type[PaperWay]] = {"cone": ConeWay, "paper": PaperWay}
+NAMED = 5  # samples in a sentence
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,12 +32,15 @@ class Localizer:
         x, y, depth of the samples fitted on, model minus ruler; NaN where a model does not use that number of a
         sample: the paper's way takes x and y from the position samples, depth from the depth samples.
     missed : tuple of str, samples in which no ball was found, as "set/name"
+    unlike : tuple of str, samples that contradict the others by more than cameras and ruler explain, the worst first;
+        by the paper's way, which knows no standard deviations, none
     """
 
     calibration: StereoCalibration
     way: ConeWay | PaperWay
     residuals_mm: np.ndarray
     missed: tuple[str, ...] = ()
+    unlike: tuple[str, ...] = ()
 
     @classmethod
     def fit(
@@ -78,6 +83,22 @@ class Localizer:
         }
         return cls(calibration, *WAYS[method].fit(recording, samples, calibration, color or recording.ball.color))
 
+    @property
+    def doubts(self) -> list[str]:
+        """What speaks against the samples that this was fitted on, in plain sentences; none where they agree."""
+        count, said = len(self.residuals_mm) + len(self.missed), []
+        if self.missed:
+            said.append(
+                f"In {len(self.missed)} of {count} measured pairs the two cameras show no ball in one place, and they are left out of "
+                f"the fit: {first_of(self.missed)}."
+            )
+        if self.unlike:
+            said.append(
+                f"The measured samples contradict each other, {len(self.unlike)} of {count} by more than {FAR_OFF:.0f} times what cameras "
+                f"and ruler leave in doubt: {first_of(self.unlike)}."
+            )
+        return said
+
     def locate(
         self, left: np.ndarray, right: np.ndarray, near: tuple[Detection, Detection] | None = None
     ) -> Position | None:
@@ -116,6 +137,11 @@ class Localizer:
     def position(self, left: Detection, right: Detection) -> Position | None:
         """Two detections of one ball, in raw pixels, to a place on the bench: Position, or None."""
         return self.way.position(left, right)
+
+
+def first_of(names: Sequence[str]) -> str:
+    """The first of some names, for a sentence."""
+    return ", ".join(names[:NAMED]) + (" and others" if len(names) > NAMED else "")
 
 
 def disparities(localizer: Localizer, samples: Sequence[Sample]) -> tuple[np.ndarray, list[Sample]]:

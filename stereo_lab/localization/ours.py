@@ -11,7 +11,7 @@ from stereo_lab.calibration import StereoCalibration
 from stereo_lab.detection import HUES, BallColor, BallDetector, Detection
 from stereo_lab.errors import CalibrationError, StereoLabError
 from stereo_lab.localization.background import backgrounds_of
-from stereo_lab.localization.doubt import CENTER_SIGMA_PX, RULER_SIGMA_MM, Doubt, fit_bench, pixel_sigma
+from stereo_lab.localization.doubt import CENTER_SIGMA_PX, RULER_SIGMA_MM, Doubt, far_off, fit_bench, pixel_sigma
 from stereo_lab.localization.matching import ROW_PX, find_pair, size_errors, surer
 from stereo_lab.localization.samples import check_enough
 from stereo_lab.localization.sphere import one_sphere
@@ -53,8 +53,8 @@ class ConeWay:
         samples: dict[str, list[Sample]],
         calibration: StereoCalibration,
         color: BallColor | str,
-    ) -> tuple[ConeWay, np.ndarray, tuple[str, ...]]:
-        """The way, its residuals (see :class:`Localizer`) and the samples it missed."""
+    ) -> tuple[ConeWay, np.ndarray, tuple[str, ...], tuple[str, ...]]:
+        """The way, its residuals (see :class:`Localizer`), the samples it missed, and those unlike the others."""
         diameter, depth = recording.ball.diameter_mm, recording.arm_depth_mm
         named = {f"{set_name}/{s.pair.name}": s for set_name, chosen in samples.items() for s in chosen}
         color = BallColor.named(color) if isinstance(color, str) else color
@@ -74,11 +74,10 @@ class ConeWay:
         sigma = np.hypot(pixel_sigma(calibration, points, centers), RULER_SIGMA_MM)
         rigid = fit_bench(points, np.array(places), sigma)
         doubt = Doubt.of(calibration, rigid, points, centers)
-        return (
-            cls(calibration, detectors, rigid, doubt, depth, diameter, told, backgrounds),
-            rigid.residuals_mm * [1, 1, -1],
-            tuple(missed),
-        )
+        way = cls(calibration, detectors, rigid, doubt, depth, diameter, told, backgrounds)
+        residuals = rigid.residuals_mm * [1, 1, -1]
+        unlike = far_off(seen, residuals, map(doubt.sigma_mm, points, centers))
+        return way, residuals, tuple(missed), tuple(unlike)
 
     @property
     def squares_told(self) -> str:

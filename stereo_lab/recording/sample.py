@@ -123,6 +123,10 @@ class Position:
     depth_mm: float
     sigma_mm: tuple[float, float, float] | None = None
 
+    def minus(self, other: Position) -> tuple[float, float, float]:
+        """How far it lies from another one along x, y and depth, mm."""
+        return self.x_mm - other.x_mm, self.y_mm - other.y_mm, self.depth_mm - other.depth_mm
+
 
 @dataclass(frozen=True)
 class StereoPair:
@@ -146,6 +150,11 @@ class StereoPair:
     def set_name(self) -> str:
         """The set it belongs to: the name of the folder above left and right."""
         return self.left_path.parent.parent.name
+
+    @property
+    def full_name(self) -> str:
+        """As it is told in messages: "set/name"."""
+        return f"{self.set_name}/{self.name}"
 
     @property
     def left(self) -> np.ndarray:

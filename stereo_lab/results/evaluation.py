@@ -21,7 +21,6 @@ from stereo_lab.results.limit import DepthLimit, sensor_noise
 
 METHODS = ("paper", "cone")
 AXES = ("x_mm", "y_mm", "depth_mm")
-BY_HAND_MM = 1.5  # standard deviation of a place that is measured with a ruler held by hand
 
 
 @dataclass(eq=False)
@@ -36,7 +35,6 @@ class Results:
     failed : dict, method -> why it could not be fitted
     snaps, clutter : dict, method -> its frames and how many were right; None without that set
     found : dict, method -> list of (Sample, Position or None)
-    fitted : list of (Sample, Position or None), of the samples that our way is fitted to
     centers : dict, method -> list of (du, dv), px: centre found minus true centre
     bare : names of the samples whose ball stands where no board was seen
     limit : DepthLimit of the volume poses; None where no two pictures tell the noise
@@ -50,7 +48,6 @@ class Results:
     snaps: dict | None = None
     clutter: dict | None = None
     found: dict[str, list[tuple[Sample, Position | None]]] = field(default_factory=dict)
-    fitted: list[tuple[Sample, Position | None]] = field(default_factory=list)
     centers: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
     bare: list[str] = field(default_factory=list)
     limit: DepthLimit | None = None
@@ -58,12 +55,7 @@ class Results:
     def errors(self, method: str, use: str) -> tuple[np.ndarray, np.ndarray]:
         """x, y and depth errors in mm of one method, shape (N, 3), and the true depths, shape (N,)."""
         rows = [
-            [
-                p.x_mm - s.reference.x_mm,
-                p.y_mm - s.reference.y_mm,
-                p.depth_mm - s.reference.depth_mm,
-                s.reference.depth_mm,
-            ]
+            [*p.minus(s.reference), s.reference.depth_mm]
             for s, p in self.found.get(method, [])
             if s.use == use and p is not None
         ]
@@ -110,22 +102,6 @@ class Results:
                 facts[use]["missed"] = sum(p is None for _, p in rows)
         facts["missed"] = sum(p is None for _, p in self.found[method])
         return facts
-
-
-def sigmas_off(found: Sequence[tuple[Sample, Position | None]]) -> dict[str, float]:
-    """How far off each place is, in standard deviations of what cameras and ruler leave in doubt, by name.
-
-    Parameters
-    ----------
-    found : sequence of (Sample, Position or None)
-    """
-    off = {}
-    for sample, place in found:
-        if place is not None and place.sigma_mm is not None:
-            told, true = ([p.x_mm, p.y_mm, p.depth_mm] for p in (place, sample.reference))
-            sigmas = np.abs(np.subtract(told, true)) / np.hypot(place.sigma_mm, BY_HAND_MM)
-            off[f"{sample.pair.set_name}/{sample.pair.name}"] = float(sigmas.max())
-    return off
 
 
 def _spread(errors):
@@ -199,10 +175,7 @@ def evaluate(
         )
     else:
         judges = recording.judges()
-        results.localizers["cone"] = ours = Localizer.fit(recording, "cone", calibration, leave_out=judges)
-        kept_back = {sample.pair for sample in judges}
-        samples = [s for name in ("position", "depth") for s in recording.samples(name) if s.pair not in kept_back]
-        results.fitted = [(s, ours.locate(s.pair.left, s.pair.right)) for s in samples]
+        results.localizers["cone"] = Localizer.fit(recording, "cone", calibration, leave_out=judges)
         try:
             results.localizers["paper"] = Localizer.fit(recording, "paper", calibration)
         except StereoLabError as error:  # its few samples leave it nothing to fall back on; ours goes on
@@ -300,7 +273,7 @@ def _evaluate_poses(results, samples, report):
         pair = cone.detect(left, right)
         results.found["cone"].append((sample, None if pair is None else cone.position(*pair)))
         if pair is not None and not boards_seen_at(calibration, pair):
-            results.bare.append(f"{sample.pair.set_name}/{sample.pair.name}")
+            results.bare.append(sample.pair.full_name)
         if pair is not None and sample.use == "volume":
             seen.append((sample, pair))
         true = recording.true_ball(sample.pair.set_name, sample.pair.name)

@@ -74,7 +74,7 @@ class DepthLimit:
         both = zip(samples, balls, strict=True)
         sigma_d = np.array([disparity_sigma_px(calibration, s.pair, ball, noise) for s, ball in both])
         depths = np.array([s.reference.depth_mm for s in samples])
-        names = tuple(f"{s.pair.set_name}/{s.pair.name}" for s in samples)
+        names = tuple(s.pair.full_name for s in samples)
         return cls(names, sigma_d, calibration.depth_per_px(depths) * sigma_d, noise.source)
 
 

@@ -12,13 +12,13 @@ from stereo_lab import plots
 from stereo_lab.calibration import StereoCalibration, depth_map, where_to_hold
 from stereo_lab.common.files import write_whole
 from stereo_lab.errors import CalibrationError
+from stereo_lab.localization.doubt import FAR_OFF, far_off
+from stereo_lab.localization.localizer import first_of
 from stereo_lab.recording import Recording
-from stereo_lab.results.evaluation import Results, sigmas_off
+from stereo_lab.results.evaluation import Results
 from stereo_lab.results.figures import FIGURES
 
 CORNERS_NAMED = 3
-NAMED = 5  # samples in a sentence
-FAR_OFF = 6.0  # standard deviations
 PAPER_DEPTH_MM = 8.0  # the paper's Fig. 9: mean depth error, up to 2 m
 
 
@@ -90,8 +90,8 @@ def sentences(results: Results) -> list[str]:
             f"Depth: the paper tells of {PAPER_DEPTH_MM:.0f} mm on average; its method gives {theirs:.1f} mm here, "
             f"and fitting a cone and triangulating gives {ours:.1f} mm."
         )
-    far_off = _far_off(results.found.get("cone", []))
-    if results.limit is not None and not far_off:
+    unlike = _far_off(results.found.get("cone", []))
+    if results.limit is not None and not unlike:
         said.append(
             f"The noise of the pictures (from the set {results.limit.source}) moves a disparity by {facts['sigma_d_px']:.3f} px: "
             f"that alone would leave {facts['limit_depth_mm']:.2f} mm of depth. What is reached is "
@@ -100,55 +100,40 @@ def sentences(results: Results) -> list[str]:
     if results.bare:
         said.append(
             f"{len(results.bare)} of {len(results.found['cone'])} balls stand where a camera saw no board; what is known of its lens "
-            f"there is drawn out from elsewhere: {_some(results.bare)}."
+            f"there is drawn out from elsewhere: {first_of(results.bare)}."
         )
     if results.found and not results.recording.has_samples("evaluation"):
         said.append("This recording has no evaluation set: its check samples, kept out of the fit, are the judges.")
     if results.recording.arm_is_shipped:
         said.append("This recording names no arm, so the shipped bench's arm stands in.")
-    return said + _doubts(results, far_off)
+    return said + _doubts(results, unlike)
 
 
-def _doubts(results, far_off):
+def _doubts(results, unlike):
     """What speaks against the recording itself: balls that were not found, places that neither cameras nor ruler explain."""
     said = []
     if "cone" in results.localizers:
-        fitted = results.localizers["cone"]
-        count = len(results.fitted)
-        if fitted.missed:
-            said.append(
-                f"In {len(fitted.missed)} of {count} measured pairs the two cameras show no ball in one place, and they are left out of the "
-                f"fit: {_some(fitted.missed)}."
-            )
-        if unlike := _far_off(results.fitted):
-            said.append(
-                f"The measured samples contradict each other, {len(unlike)} of {count} by more than {FAR_OFF:.0f} times what cameras and "
-                f"ruler leave in doubt: {_some(list(unlike))}."
-            )
+        said += results.localizers["cone"].doubts
     judged = results.found.get("cone", [])
-    missed = [f"{s.pair.set_name}/{s.pair.name}" for s, place in judged if place is None]
+    missed = [s.pair.full_name for s, place in judged if place is None]
     if missed:
         said.append(
-            f"In {len(missed)} of {len(judged)} pairs that judge the two cameras show no ball in one place: {_some(missed)}."
+            f"In {len(missed)} of {len(judged)} pairs that judge the two cameras show no ball in one place: {first_of(missed)}."
         )
-    if far_off:
-        verb = "is" if len(far_off) == 1 else "are"
+    if unlike:
+        verb = "is" if len(unlike) == 1 else "are"
         said.append(
-            f"{len(far_off)} of {len(judged)} places {verb} off by more than {FAR_OFF:.0f} times what cameras and ruler leave in "
-            f"doubt, the worst by {max(far_off.values()):.0f} times: {_some(list(far_off))}."
+            f"{len(unlike)} of {len(judged)} places {verb} off by more than {FAR_OFF:.0f} times what cameras and ruler leave in "
+            f"doubt, the worst by {max(unlike.values()):.0f} times: {first_of(list(unlike))}."
         )
     return [*said, f"What is wrong there, and what to do: stereo-lab check {results.recording.path}"] if said else []
 
 
 def _far_off(found):
     """Places that neither cameras nor ruler explain: name -> how many standard deviations off, the worst first."""
-    off = {name: sigmas for name, sigmas in sigmas_off(found).items() if sigmas > FAR_OFF}
-    return dict(sorted(off.items(), key=lambda item: -item[1]))
-
-
-def _some(names):
-    """The first of some names."""
-    return ", ".join(names[:NAMED]) + (" and others" if len(names) > NAMED else "")
+    placed = [(sample, place) for sample, place in found if place is not None]
+    off = [place.minus(sample.reference) for sample, place in placed]
+    return far_off([s.pair.full_name for s, _ in placed], off, [place.sigma_mm for _, place in placed])
 
 
 def write(results: Results, path: str | Path) -> None:
