@@ -737,6 +737,19 @@ def test_a_ruler_that_is_moved_in_the_middle_of_a_set(third_rig, tmp_path):
     assert finding.name == "moved_since" and finding.severity == COSTS and "From position/004 on all 4" in finding.says
 
 
+def test_a_set_that_was_taken_with_another_zoom_is_told_once(third_rig, tmp_path):
+    spoilt = whole(third_rig, tmp_path / "spoilt")
+    for file in (spoilt.path / "depth").glob("*/*.jpg"):
+        image = cv2.imread(str(file))
+        height, width = image.shape[:2]
+        nearer = image[round(0.06 * height) : round(0.94 * height), round(0.06 * width) : round(0.94 * width)]
+        cv2.imwrite(str(file), cv2.resize(nearer, (width, height)))
+    (finding,) = check_recording(spoilt).findings
+    count = len(spoilt.samples("depth"))
+    assert finding.name == "table_unfit" and finding.severity == COSTS and "same size and zoom" in finding.advice
+    assert finding.says.startswith(f"All {count} places of depth are off, and ") and len(finding.files) == count
+
+
 @pytest.mark.parametrize("name", ["position", "evaluation"])
 def test_one_set_that_is_wrong_is_not_a_small_part_of_many_good_lines(bench, tmp_path, name):
     """Fifty-six good lines beside eight that lie on another plane."""

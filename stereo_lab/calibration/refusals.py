@@ -64,8 +64,8 @@ def check_together(together: np.ndarray) -> None:
     if together.sum() < FEWEST:
         raise CalibrationError(
             "The two cameras do not see the same boards: how the board moves before the left one does not fit how it "
-            "moves before the right one. Check that the two pictures of a pair were taken at the same moment, and that "
-            "no picture is missing on one side."
+            "moves before the right one. Were the two pictures of a pair taken at the same moment? Is a picture missing on one "
+            "side, or a camera upside down? `stereo-lab check` tries which it is."
         )
 
 

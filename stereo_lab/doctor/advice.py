@@ -63,6 +63,7 @@ ADVICE = {
     "plane": "Measure depth from the left camera's plane in all sets.",
     "origin": "Measure x, and y, from one and the same point in all sets.",
     "table_unfit": "Look whether each line stands beside its own picture and in its own set, or measure the places again.",
+    "set_unfit": "Were its pictures taken with the same cameras as the boards, the same way up, at the same size and zoom? Is its measured.csv that of these pictures?",
     "lines_exchanged": "Put each line beside its own picture, or correct the names in its first column.",
     "moved_since": "Was it a camera, the ruler or the table? Take these pictures again, with everything as it was.",
     "typing_slip": "Correct this line, or measure the place again.",

@@ -157,7 +157,7 @@ def _numbers(recording, calibration, seen, points, deep, clean, findings, swappe
         findings.append(_whole_table(best, table, seen))
     if belongs:
         findings.append(_exchanged(best, belongs, seen, points))
-    findings += _from_one_on(_lines(best, seen, table, points, deep, belongs), [s.name for s in seen])
+    findings += _together(_lines(best, seen, table, points, deep, belongs), [s.name for s in seen])
     return Told(findings, mirror)
 
 
@@ -269,17 +269,22 @@ def _lines(best, seen, table, points, deep, belongs):
     return findings
 
 
-def _from_one_on(lines, names):
-    """Where all places of a set are off from one picture on, and no slip explains it, one finding instead of many."""
+def _together(lines, names):
+    """Where all places of a set are off, or all from one picture on, and no slip explains it, one finding instead of many."""
     for set_name in dict.fromkeys(name.split("/")[0] for name in names):
         inside = [name for name in names if name.startswith(f"{set_name}/")]
         off = [f for f in lines if f.name == "sample_off" and f.files[0] in inside]
-        if LEAST_RUN <= len(off) < len(inside) and {f.files[0] for f in off} == set(inside[-len(off) :]):
-            files = tuple(inside[-len(off) :])
-            says = f"From {files[0]} on all {len(off)} places are off, and none before: something was moved before that picture was taken."
-            does = max(f.does_mm for f in off)
-            moved = Finding("moved_since", says, ADVICE["moved_since"], files, does, evidence=off[0].evidence)
-            lines = [moved, *(f for f in lines if f not in off)]
+        files = tuple(inside[-len(off) :])
+        if len(off) < LEAST_RUN or {f.files[0] for f in off} != set(files):
+            continue
+        name, advice = "moved_since", "moved_since"
+        says = f"From {files[0]} on all {len(off)} places are off, and none before: something was moved before that picture was taken."
+        if len(off) == len(inside):
+            name, advice = "table_unfit", "set_unfit"
+            says = f"All {len(off)} places of {set_name} are off, and no single mistake explains it."
+        does = max(f.does_mm for f in off)
+        found = Finding(name, says, ADVICE[advice], files, does, evidence=off[0].evidence)
+        lines = [found, *(f for f in lines if f not in off)]
     return lines
 
 

@@ -24,6 +24,7 @@ EXPLAINS = 0.05  # of a line's distance may be left where a slip explains it: a 
 AGREE = 0.7  # in lines' worth: a table that fits so well is as it should be
 ONE_SET = 0.3  # in lines' worth for each table: a mistake in some of the tables alone is the less simple one
 SHIFTED = 2.0  # a shift fits its own number to the lines, which a sign or a unit cannot
+MENDED = 1.0  # and in lines' worth, what is left of a set that was shifted: a third of its lines
 SIGNS = ((0,), (1,), (2,), (0, 1))  # columns whose sign a hand turns round
 AXES = ("x", "y", "depth")
 UNITS = {"centimetres": 10.0, "inches": 25.4, "metres": 1000.0}
@@ -138,7 +139,8 @@ def likeliest_table(points: np.ndarray, table: np.ndarray, deep: np.ndarray, set
 
     def undo(price, name, what, mended, some=()):
         placed = place(points, mended, deep)
-        found.append((placed.cost + price, Mistake(name, what, mended, placed, some)))
+        if price < SHIFTED or _in_lines(placed.off)[np.isin(sets, some)].mean() < MENDED:
+            found.append((placed.cost + price, Mistake(name, what, mended, placed, some)))
 
     names = sorted(set(sets))
     parts = [some for count in range(1, len(names)) for some in itertools.combinations(names, count)]
