@@ -473,7 +473,7 @@ def test_the_form_of_a_right_answer_does_not_matter(kind, answer):
         (Number(9.0, 0.5, wrong=(Wrong(3.14159, "a turn"),)), 3.14, "a turn"),
         (Number((9.0, 6.0), 0), (9, 5), "the first number is right; the second number is 5"),
         (Function(lambda x, y: x / y, ((1.0, 3.0), (2.0, 5.0)), 1e-6), lambda x, y: 2.2 * x * y, "y stands above the line, and belongs below it."),
-        (Function(lambda x, y: x / y, ((1.0, 3.0), (2.0, 5.0)), 1e-6), lambda x, y: x / (y + 1), "y should do nothing but multiply or divide"),
+        (Function(lambda x, y: x / y, ((1.0, 3.0), (2.0, 5.0)), 1e-6), lambda x, y: x / (y + 1), "twice as large a y should bring 0.5 times the result, whatever the other numbers are; yours goes from"),
         (Function(lambda x, y: x + 3 * y, ((1.0, 3.0), (2.0, 5.0)), 1e-6), lambda x, y: x - 3 * y, "as if y had its sign turned"),
         (Function(lambda x, y: (x + 3 * y, x * y), ((1.0, 3.0), (2.0, 5.0)), 1e-6), lambda x, y: (y + 3 * x, x * y), "x and y had changed places"),
         (Function(lambda x, y, z: x + y * z, ((1.0, 3.0, 4.0), (2.0, 5.0, 7.0)), 1e-6), lambda x, y, z: x + y + 2 * z, "y is divided by z where it should not be, or not multiplied by it"),

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from stereo_lab.exercises.trying import EXACT, NEAR, near, numbers_of
-from stereo_lab.exercises.wording import say
+from stereo_lab.exercises.wording import figures, say
 
 AS_IF = (  # what may have become of an argument on its way
     (lambda x: -x, "had its sign turned"),
@@ -58,16 +58,13 @@ def how_it_moves(function, right, inputs, names, parts, room=NEAR):
     powers = _powers(seen, room)
     added = [name for name, (yours, should) in powers.items() if should is not None and yours is None]
     if added and not _right_once(seen):
-        return (
-            f"{' and '.join(added)} should do nothing but multiply or divide here: "
-            "in yours something is added, taken away or rounded."
-        )
+        return _of_no_power(added[0], powers[added[0]][1], seen[added[0]])
     for name, tries in seen.items():
         if said := _of_steps(name, tries, seen):
             return said
     for name in seen:
         if len(seen) > 1 and _is_added(name, function, right, inputs, names, parts):
-            return f"something is added in yours that hangs on {name} alone, or taken away."
+            return f"yours is off by something that hangs on {name} alone: look at where {name} comes in."
     wrong = [
         (abs((after - before) / (becomes - was) - 1), name, before, after, was, becomes)
         for name, tries in seen.items()
@@ -145,6 +142,16 @@ def _of_powers(name, yours, should):
         here, there = ("above", "below") if yours > 0 else ("below", "above")
         return f"{name} stands {here} the line, and belongs {there} it{f', where it should {its}' if abs(should) != 1 else ''}."
     return f"{name} {mine} in your result, and should {its}."
+
+
+def _of_no_power(name, should, tries):
+    """What to say where doubling an argument should always bring the same factor, and does not; by the try where it misses it most."""
+    factor = 2.0**should
+    before, after, *_ = max(tries, key=lambda numbers: abs(numbers[1] - factor * numbers[0]))
+    return (
+        f"twice as large a {name} should bring {figures(factor)} times the result, whatever the other numbers are; yours goes from "
+        f"{say(before)} to {say(after)}. Is something added, taken away or rounded?"
+    )
 
 
 def _of_steps(name, tries, seen):
