@@ -303,6 +303,11 @@ def test_calibrated_by_names_nobody(small, capsys):
     assert "There is no folder" in refused(capsys, "calibrate", small)
 
 
+def test_a_file_is_no_recording(tmp_path, capsys):
+    (tmp_path / "bench.zip").write_bytes(b"PK")
+    assert "is a file, and a recording is a folder" in refused(capsys, "check", tmp_path / "bench.zip")
+
+
 @pytest.mark.parametrize("name", ["../small/position", "..", "/etc", "a\\b"])
 def test_a_set_is_a_plain_name(small, name):
     with pytest.raises(RecordingError, match="set: expected a plain name"):

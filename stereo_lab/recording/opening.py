@@ -76,6 +76,10 @@ def _find_folder(path):
         raise RecordingError(
             f"{path} has no recording.json in it, so it is no recording. data/README.md shows what goes in."
         )
+    if Path(path).is_file():
+        raise RecordingError(
+            f"{path} is a file, and a recording is a folder: the one that recording.json lies in. A .zip has to be unpacked first."
+        )
     places.check_shelves()
     raise RecordingError(
         f"There is no folder {path}. Recordings that are found by their names: {', '.join(places.known())}."
