@@ -123,6 +123,7 @@ def histogram_errors(
     ax = ax or plt.gca()
     size = np.abs(errors_mm)
     ax.hist(size, bins=12, color=color, edgecolor="white", hatch=hatch)
+    ax.margins(y=0.2)  # room for the label
     ax.axvline(size.mean(), color=BLACK, linestyle="--")
     ax.annotate(f" mean {size.mean():.1f} mm", (size.mean(), 0.92), xycoords=("data", "axes fraction"))
     ax.set_xlabel("size of the depth error (mm)")
