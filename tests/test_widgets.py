@@ -112,6 +112,7 @@ def test_red_wraps_round_zero(bench):
 
 def test_fewer_than_three_samples_is_a_sentence():
     panel = widgets.depth_samples(DISPARITY, DEPTH)
+    assert [panel.control(f"sample_{k}").value for k in range(4)] == [True, True, True, False]
     for k in range(4):
         panel.control(f"sample_{k}").value = False
     assert "choose three" in panel.text.value

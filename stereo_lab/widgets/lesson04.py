@@ -46,13 +46,12 @@ def ball_against_disparity(baseline_mm: float, focal_px: float, diameter_mm: flo
 
 
 def depth_samples(disparity_px_N: ArrayLike, depth_mm_N: ArrayLike) -> Panel:
-    """Choose the samples of the depth fit and watch the curves of Eq. 4 and of a/(d − d0) + c."""
+    """Choose the samples of the depth fit, of which the first three are chosen, and watch the curves of Eq. 4 and of a/(d − d0) + c."""
     d, depth = np.asarray(disparity_px_N, float), np.asarray(depth_mm_N, float)
     if d.shape != depth.shape or d.ndim != 1 or len(d) < 3:
         raise StereoLabError(f"Expected as many disparities as depths, three or more; got {d.shape} and {depth.shape}.")
-    first = {0, len(d) // 2, len(d) - 1}
     controls = {
-        f"sample_{k}": ipywidgets.Checkbox(k in first, description=f"{depth[k]:.0f} mm at {d[k]:.1f} px", indent=False)
+        f"sample_{k}": ipywidgets.Checkbox(k < 3, description=f"{depth[k]:.0f} mm at {d[k]:.1f} px", indent=False)
         for k in range(len(d))
     }
 
