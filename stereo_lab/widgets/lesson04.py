@@ -5,6 +5,7 @@ from __future__ import annotations
 import cv2
 import ipywidgets
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
 from stereo_lab.depth import OffsetDepth, PaperDepth
@@ -116,11 +117,17 @@ def _axes(d, depth):
     def to_px(x, y):
         return round(90 + (x - low) / (high - low) * 830), round(370 - float(y) / top * 340)
 
-    for x in np.linspace(low, high, 6):
+    for x in _ticks(low, high):
         cv2.putText(view, f"{x:.0f}", (to_px(x, 0)[0] - 14, 392), cv2.FONT_HERSHEY_SIMPLEX, 0.5, BLACK, 1, cv2.LINE_AA)
-    for y in np.linspace(0, top, 5):
+    for y in _ticks(0, top):
         cv2.line(view, to_px(low, y), to_px(high, y), GREY, 1)
         cv2.putText(view, f"{y:.0f}", (36, to_px(low, y)[1] + 5), cv2.FONT_HERSHEY_SIMPLEX, 0.5, BLACK, 1, cv2.LINE_AA)
     cv2.putText(view, "disparity (px)", (440, 413), cv2.FONT_HERSHEY_SIMPLEX, 0.55, BLACK, 1, cv2.LINE_AA)
     cv2.putText(view, "depth (mm)", (96, 14), cv2.FONT_HERSHEY_SIMPLEX, 0.55, BLACK, 1, cv2.LINE_AA)
     return view, to_px
+
+
+def _ticks(low, high):
+    """Round numbers between two."""
+    values = MaxNLocator(6).tick_values(low, high)
+    return values[(values >= low) & (values <= high)]
