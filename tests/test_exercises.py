@@ -474,6 +474,8 @@ def test_the_form_of_a_right_answer_does_not_matter(kind, answer):
         (Number((9.0, 6.0), 0), (9, 5), "the first number is right; the second number is 5"),
         (Function(lambda x, y: x / y, ((1.0, 3.0), (2.0, 5.0)), 1e-6), lambda x, y: 2.2 * x * y, "y stands above the line, and belongs below it."),
         (Function(lambda x, y: x / y, ((1.0, 3.0), (2.0, 5.0)), 1e-6), lambda x, y: x / (y + 1), "twice as large a y should bring 0.5 times the result, whatever the other numbers are; yours goes from"),
+        (Function(lambda x, y: x / y + 300, ((1e7, 3.0), (2e7, 5.0)), 1e-6), lambda x, y: x * y + 300, "look at y: twice as large"),
+        (Function(lambda x, y, c: x / y + c, ((1e4, 3.0, 9.0), (2e4, 5.0, 8.0)), 1e-6), lambda x, y, c: x * y + c, "look at y: twice as large"),
         (Function(lambda x, y: x + 3 * y, ((1.0, 3.0), (2.0, 5.0)), 1e-6), lambda x, y: x - 3 * y, "as if y had its sign turned"),
         (Function(lambda x, y: (x + 3 * y, x * y), ((1.0, 3.0), (2.0, 5.0)), 1e-6), lambda x, y: (y + 3 * x, x * y), "x and y had changed places"),
         (Function(lambda x, y, z: x + y * z, ((1.0, 3.0, 4.0), (2.0, 5.0, 7.0)), 1e-6), lambda x, y, z: x + y + 2 * z, "y is divided by z where it should not be, or not multiplied by it"),

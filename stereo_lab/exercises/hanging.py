@@ -40,8 +40,8 @@ def what_it_hangs_on(function, right, inputs, names, parts, room=NEAR):
     """The first argument that has another power in the result than it should, or none, or should have none."""
     seen = _seen(function, right, inputs, names, parts)
     told = {name: (_moves(tries, 0), _moves(tries, 2)) for name, tries in seen.items()}
-    for name, (yours, should) in told.items():
-        if should and not yours:
+    for name, (_, should) in told.items():
+        if should and not _moves(seen[name], 0, 0.0):
             return f"{name} changes nothing in your result, and it should."
     for name, (yours, should) in told.items():
         if yours and not should:
@@ -178,9 +178,9 @@ def _of_steps(name, tries, seen):
     return ""
 
 
-def _moves(tries, first):
+def _moves(tries, first, room=NEAR):
     """Whether a result moves in any of the tries."""
-    return any(not near(numbers[first], numbers[first + 1]) for numbers in tries)
+    return any(not near(numbers[first], numbers[first + 1], room) for numbers in tries)
 
 
 def _doubled(arguments, names, parts):

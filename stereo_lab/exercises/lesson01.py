@@ -216,7 +216,7 @@ def _unseen():
                     "unseen pairs",
                 ),
                 (
-                    "unseen (pairs|ones|pictures|boards|images|data|set)|(unused|different|other|new|fresh|unknown|test|held[- ]?(out|back)|left[- ]?out|kept[- ]?back|others)( (pairs|ones|pictures|boards|images|data|set))?|(pairs|pictures|boards|images|ones|data) (that (are|were) )?(kept|held|put|left) (back|out|aside|apart)",
+                    "(un|un-|non-|non |not )seen (pairs|ones|pictures|boards|images|data|set)|(unused|different|other|new|fresh|unknown|test|held[- ]?(out|back)|left[- ]?out|kept[- ]?back|others)( (pairs|ones|pictures|boards|images|data|set))?|(pairs|pictures|boards|images|ones|data) (that (are|were) )?(kept|held|put|left) (back|out|aside|apart)",
                     "unseen pairs",
                 ),
                 (

@@ -174,7 +174,7 @@ def _gradient():
                 Wrong(lambda x, p, y: np.median(x * (p - y)[:, None], axis=0), "the median does not add up. Take the mean."),
                 Wrong(lambda x, p, y: p - y, "that is one number for each thing. Each weight has its own: multiply with the rows of x, then take the mean."),
                 Wrong(lambda x, p, y: x * (p - y)[:, None], "that is a row for each thing. Take the mean over the things: axis=0."),
-                Wrong(lambda x, p, y: np.mean(x * (p - y)[:, None], axis=1), "that is a mean for each thing. One for each weight is asked for: axis=0."),
+                Wrong(lambda x, p, y: np.mean(x * (p - y)[:, None], axis=1), "that is a mean for each thing. One for each weight is asked for: take the mean over the things, along the other axis."),
                 Wrong(lambda x, p, y: np.mean(x * (p - y)[:, None]), "one number for all weights. Each weight has its own: a mean of each column, axis=0."),
                 Wrong(lambda x, p, y: x[:, 1:].T @ (p - y) / len(y), "the column of ones has a weight, too: c. Take all columns."),
                 Wrong(lambda x, p, y: x.mean(0) * np.mean(p - y), "first multiply each row with its own p − y, then take the mean."),
@@ -253,7 +253,7 @@ def _judged_on():
                 (r".*the same room", "the room stays"),
                 (DAY_ALONE, "tomorrow"),  # whatever the day: no answer that is meant
                 (r"(on |in )?(frames |pictures )?(of |in |from )?(an? )?(unseen|unknown) (room|place)|(on |in )?(frames |pictures )?(of |in |from )?an? (room|place) ((that )?(it|the detector) (has|had) )?(never|not) (yet )?(been )?seen( before)?|(on )?(frames|pictures) ((that )?it (has|had) )?(never|not) (yet )?seen,? (in|from|of) (another|a different|a new|an unseen) (room|place)", "another day in another room"),
-                ("(a |an)?(other|different|new) (room|place)( (and|on) (a |an)?(other|different|new) day)?", "another day in another room"),
+                (r"(on |in )?((frames|pictures|films?|a film) )?((of|in|from) )?(an? ?|the )?(other|another|different|new) (rooms?|places?)(,? (and |on )*(an? ?)?(other|another|different|new) days?)?", "another day in another room"),
                 ("(the )?twenty|(the )?training frames", "the same twenty"), ("(the )?(frames )?just after( them)?", "the frames just after them"),
                 ("(the )?last (ten )?seconds", "the last ten seconds of the film"),
             ),

@@ -122,7 +122,7 @@ def _rounds(function, right, inputs, given, wanted):
     for way in (*ways, np.floor, np.trunc):
         changed = lambda *arguments, way=way: way(np.asarray(right(*arguments), float))
         if np.allclose(value, way(whole), rtol=0, atol=1e-9) and do_alike(function, changed, inputs):
-            cut = "the decimals are cut off: // and int do that. Divide by a single /."
+            cut = "the decimals are cut off: int and // do that. Leave int away, and divide by a single /."
             return "you round. Give the number with all its decimals." if way in ways else cut
     return ""
 

@@ -45,6 +45,7 @@ SAID = (
     ("'float' object has no attribute", "this is one number. Use the names in the brackets of the def line."),
     ("return arrays must be", "np.hypot takes two numbers. math.hypot takes as many as there are."),
     ("could not be broadcast", "two arrays of different shapes meet. .T turns a table round, [:, None] makes a column of a row."),
+    ("not aligned", "two arrays of different shapes meet. .T turns a table round, [:, None] makes a column of a row."),
     ("mismatch in its core dimension", "two arrays of different shapes meet. .T turns a table round, [:, None] makes a column of a row."),
     ("boolean subtract", "True and False are not subtracted: join them by | or &."),
     ("not supported between instances of 'tuple'", "a comma makes a pair of two things. Join them by | or &."),
