@@ -306,7 +306,7 @@ def _rule_of_three():
                 Wrong(lambda n: 5 / n, "the 5 of the 100 − 95 is in the 3 already: 0.05 is e to the power of −3."),
                 Wrong(lambda n: 100 - 300 / n, "that is how many rightly got none, at least. How many false alarms, at most?"),
             ),
-            "10 % for 30 pictures. For one in a thousand you need three thousand.",
+            "10 % for 30 pictures; brackets that leave 2.5 % on each side say 11. For one in a thousand you need three thousand.",
             also=(
                 lambda n: 100 * (1 - 0.05 ** (1 / n)),
                 lambda n: 100 * (1 - np.exp(-3 / n)),
