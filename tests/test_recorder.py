@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+from dataclasses import replace
 from functools import partial
 
 import cv2
@@ -17,6 +18,8 @@ from test_live import SIZE as FAKE_SIZE
 from test_live import Fake
 
 from stereo_lab import cli
+from stereo_lab.calibration import find_corners
+from stereo_lab.calibration.corners import other_board
 from stereo_lab.capture import Coverage, Folder, Recorder, Replay, Session, State, glance
 from stereo_lab.capture import folder as folders
 from stereo_lab.doctor import check_recording
@@ -74,6 +77,32 @@ def test_what_is_said_of_boards_that_cannot_be_taken(third_rig, images, folder):
         blurred = [cv2.GaussianBlur(image, (0, 0), 2.5) for image in (left, right)]
         assert "blurred" in held(recorder, *blurred, 20)[-1].said
         assert folder.names("calibration") == []
+
+
+def said_of(recorder, pairs):
+    """What is said in the end where pairs are shown for some seconds each, and whatever was asked is answered."""
+    for start, (left, right) in enumerate(pairs):
+        states = [recorder.look(Frame(6.0 * start + t, left, right)) for t in (0.0, 2.0, 5.5)]
+        recorder._working.submit(int).result()
+    return states[-1].said
+
+
+@pytest.mark.parametrize("told", [(-1, 0), (1, 1)])
+def test_a_board_of_another_size_is_named(third_rig, images, folder, told):
+    there = third_rig.board
+    wrong = replace(there, columns=there.columns + told[0], rows=there.rows + told[1])
+    with Recorder(folder, wrong) as recorder:
+        said = said_of(recorder, images[:5])
+    assert f"but a {there}." in said and ("not squares" in said) == (told == (1, 1))
+
+
+def test_a_board_that_is_cut_off_is_no_smaller_one(third_rig, images, folder):
+    left, right = images[11]
+    first = find_corners(left, third_rig.board).reshape(third_rig.board.rows, third_rig.board.columns, 2)[:, 0]
+    cut = [image[:, int(first[:, 0].max() + 6) :] for image in (left, right)]
+    assert other_board(cut[0], third_rig.board).columns == third_rig.board.columns - 1
+    with Recorder(folder, third_rig.board) as recorder:
+        assert said_of(recorder, 5 * [cut]).startswith("No board is seen")
 
 
 def test_a_board_that_one_camera_sees_counts_at_its_rim_alone(third_rig, images, folder):

@@ -168,12 +168,12 @@ def counts_squares(board: Board, shown: Board) -> bool:
 def board_shown(pairs: Sequence[StereoPair], board: Board) -> Board | None:
     """The board that most pictures show where it is not the one that was told: another size, or another dictionary."""
     some = list(pairs)[:: max(1, len(pairs) // SHOWN)][:SHOWN]
-    told = [_other_board(pair.left, board) for pair in some]
+    told = [other_board(pair.left, board) for pair in some]
     seen = [other for other in told if other is not None]
     return max(seen, key=seen.count) if seen else None
 
 
-def _other_board(image, board):
+def other_board(image: np.ndarray, board: Board) -> Board | None:
     """A board of another size or kind, or with markers from another dictionary, that one picture shows; or None."""
     grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
     if board.kind == CHARUCO:

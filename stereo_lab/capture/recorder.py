@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stereo_lab.calibration import StereoCalibration, calibrate_stereo, where_to_hold
+from stereo_lab.calibration import StereoCalibration, calibrate_stereo, counts_squares, where_to_hold
+from stereo_lab.calibration.corners import other_board
 from stereo_lab.capture.coverage import Bar, Coverage
 from stereo_lab.capture.folder import BOARDS, Folder
 from stereo_lab.capture.glance import Glance, glance
@@ -20,6 +21,7 @@ STILL = 0.012  # of the picture's width a second: a pixel in 0.13 s, at 640
 EDGE_PX, SHARPER = 2.0, 1.3  # edges wider than this, or than so many times the sharpest ones, are blurred
 GLARE = 0.3  # part of the white squares that may be burnt out
 FIRST, AGAIN = 10, 4  # pairs after which it calibrates, and pairs more until it does so again
+NONE_S, FEW = 5.0, 3  # so long without a board, while so few pairs are taken, and another one is looked for
 SIDES = "left", "right"
 
 
@@ -63,6 +65,8 @@ class Recorder:
         self._working = ThreadPoolExecutor(1, thread_name_prefix="calibrate")
         self._asked: Future | None = None
         self._asked_at, self._calibration, self._trouble = 0, None, ""
+        self._other: Future | None = None
+        self._none_since, self._others = float("inf"), (None, None)
         try:
             for pair in self._pairs():
                 self._know(glance(pair.left, board), glance(pair.right, board))
@@ -83,6 +87,7 @@ class Recorder:
         """Look at one pair, and take it where it is worth it. A disk that is full, for example, is said and not raised."""
         seen = glance(frame.left, self.board), glance(frame.right, self.board)
         self._watch(frame.time_s, seen)
+        self._look_for_another(frame, seen)
         said, taken = self._wish(frame.time_s, seen), ""
         if not said:
             said, taken = self._take(frame, seen)
@@ -98,9 +103,28 @@ class Recorder:
         if before is None or not _is_still(before[1], seen, time_s - before[0]):
             self._still_since = time_s
 
+    def _look_for_another(self, frame, seen):
+        """While hardly a pair is taken and no board is seen, which other one the left picture shows: the last two answers."""
+        if self._other is not None and self._other.done():
+            self._others, self._other = (self._others[1], self._other.result()), None
+        if seen != (None, None) or len(self.coverage.taken) >= FEW:
+            self._none_since = float("inf")
+            return
+        self._none_since = min(self._none_since, frame.time_s)
+        if self._other is None and frame.time_s - self._none_since > NONE_S:
+            self._none_since = frame.time_s
+            self._other = self._working.submit(_whole_other, frame.left, self.board)
+
     def _wish(self, time_s, seen):
         """What to do before this pair can be taken; empty where it can."""
         there = [side for side, one in enumerate(seen) if one is not None]
+        if not there and self._others[0] is not None and self._others[0] == self._others[1]:
+            counts = (
+                " Count the corners where four squares meet, not squares."
+                if counts_squares(self.board, self._others[0])
+                else ""
+            )
+            return f"No {self.board} is seen, but a {self._others[0]}.{counts} Begin again with that board, in another folder."
         if not there:
             return "No board is seen. " + (self._next() or "All is done: end the recording.")
         if len(there) == 1 and not self.coverage.reaches_rim(seen[there[0]], there[0]):
@@ -162,6 +186,18 @@ class Recorder:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _whole_other(image, board):
+    """Another board that a picture shows, or None: one that the picture cuts off looks like a smaller one, and touches its rim."""
+    shown = other_board(image, board)
+    seen = None if shown is None else glance(image, shown)
+    if seen is None:
+        return None
+    room = (
+        1.6 * np.linalg.norm(seen.outline[1] - seen.outline[0]) / (shown.grid[0] - 1)
+    )  # its squares, and some of its rim
+    return shown if (seen.outline > room).all() and (seen.outline < np.array(seen.size) - room).all() else None
 
 
 def _is_still(before, now, seconds):
