@@ -1,5 +1,6 @@
 """Input that nobody means to give: each is answered in one plain sentence, and nothing is left half written."""
 
+import errno
 import importlib
 import json
 import os
@@ -7,6 +8,7 @@ import shutil
 import struct
 import subprocess
 import sys
+import tempfile
 import threading
 import zlib
 from types import SimpleNamespace
@@ -18,7 +20,7 @@ import pytest
 from conftest import ROOT
 from stereo_lab.calibration import store
 from stereo_lab.cli import main
-from stereo_lab.common.files import read_json, read_table, write_whole
+from stereo_lab.common.files import read_json, read_table, whole_folder, write_whole
 from stereo_lab.common.threads import one_thread
 from stereo_lab.depth import OffsetDepth
 from stereo_lab.detection import BallColor, BallDetector
@@ -301,6 +303,33 @@ def test_calibrated_by_leads_in_a_ring(small, capsys, ring):
 def test_calibrated_by_names_nobody(small, capsys):
     write_facts(small, calibrated_by="nobody")
     assert "There is no folder" in refused(capsys, "calibrate", small)
+
+
+@pytest.mark.parametrize(("code", "advice"), [
+    (errno.ENOSPC, "Free some space"), (errno.EACCES, "Choose a folder that may be written to"),
+    (errno.EROFS, "Choose a folder that may be written to"), (errno.EEXIST, "A file stands where a folder is needed"),
+    (errno.EIO, "Choose another folder, or free some space"),
+])  # fmt: skip
+def test_what_to_do_hangs_on_why_nothing_can_be_written(tmp_path, monkeypatch, code, advice):
+    def refuse(*_, **__):
+        raise OSError(code, os.strerror(code))
+
+    monkeypatch.setattr(tempfile, "mkstemp", refuse)
+    with pytest.raises(StereoLabError, match=f"{os.strerror(code)}. {advice}"):
+        write_whole(tmp_path / "a.json", "{}")
+    monkeypatch.setattr(tempfile, "TemporaryDirectory", refuse)
+    with pytest.raises(StereoLabError, match=f"{os.strerror(code)}. {advice}"), whole_folder(tmp_path / "b"):
+        pass
+
+
+def test_a_new_recording_does_not_take_the_name_of_another(tmp_path, monkeypatch, capsys):
+    """Found first in one's own folder, it would hide the shipped one from every command."""
+    monkeypatch.chdir(tmp_path)
+    assert "Name another folder, such as my_bench" in refused(capsys, "record", "bench")
+    told = refused(
+        capsys, "import", "--left", "a*", "--right", "b*", "--board", "9x6", "--square-mm", "25", "--out", "bench"
+    )
+    assert "name of a recording that is there already" in told and not (tmp_path / "bench").exists()
 
 
 def test_a_file_is_no_recording(tmp_path, capsys):

@@ -64,6 +64,9 @@ def test_wrong_answers_get_their_own_message(asked, capsys):
             q.check(wrong.answer)
             assert capsys.readouterr().out == f"NOT YET - {wrong.message}\n", q.name
             assert q.carry(wrong.answer) is q.reference
+            assert "go on with the kit's answer" in capsys.readouterr().out
+        assert q.carry(____) is q.reference and q.carry(q.reference) is not None
+        assert capsys.readouterr().out == ""
 
 
 def answer_in_words(kind):
@@ -485,6 +488,7 @@ def test_the_form_of_a_right_answer_does_not_matter(kind, answer):
         (Function(lambda x: x, ((1.0,),), 0.1), lambda x: (x - 2) ** 0.5, "the root of a number below zero"),
         (Choice("up", (Wrong("down", "no"),), "yes", beside=((".*side.*", "which of the two?"),)), "To the side.", "which of the two?"),
         (Choice("up", (Wrong("down", "no"),), "yes"), "both", "two of the answers"),
+        (Choice("up", (Wrong("down", "no"),), "yes", same=(("^sky$", "up"), ("^(earth|soil)$", "down"))), "Soil.", "no"),
         (Command("MV 2 -30"), "MV2 -30", "a blank is missing"), (Command("MV 2 -30"), "MV 2 - 30", "the minus belongs to its number"),
         (Command("MV 2 -30"), "MV 2 -30 degrees", "counts in degrees anyway"), (Command("MV 2 -30"), "MV(2 -30)", "no brackets"),
         (Command("MV 2 -30"), "MV 2 -40", "that turns it to -40 degrees."),

@@ -40,6 +40,14 @@ def test_the_swap_is_offered_and_done(swapped, capsys):
     assert sorted(p.name for p in (swapped / "snaps").iterdir()) == ["left"]
 
 
+def test_cameras_that_stand_rightly_stay_as_they_are(swapped, capsys):
+    assert main(["calibrate", str(swapped), "--swap"]) in (0, 1)
+    first = (swapped / "calibration" / "left" / "000.jpg").read_bytes()
+    assert main(["calibrate", str(swapped), "--swap"]) == 2
+    assert "stood as they should: nothing was renamed" in capsys.readouterr().err
+    assert (swapped / "calibration" / "left" / "000.jpg").read_bytes() == first
+
+
 def test_boards_and_balls_of_two_recordings_are_swapped_together(swapped, capsys):
     balls = swapped.parent / "balls"
     shutil.copytree(swapped, balls, ignore=shutil.ignore_patterns("calibration"))

@@ -92,8 +92,11 @@ def run_record(options: argparse.Namespace) -> int:
     from stereo_lab.capture import Folder, Recorder
     from stereo_lab.recording import USUAL_BALL, Ball, open_recording
     from stereo_lab.recording.bounds import color_name, length_mm
+    from stereo_lab.recording.places import check_name
 
     begun = open_recording(options.out) if (Path(options.out) / "recording.json").is_file() else None
+    if begun is None:
+        check_name(options.out)
     board = _board_to_record(options, begun)
     known = begun.ball if begun else USUAL_BALL
     ball = Ball(
@@ -110,6 +113,7 @@ def run_record(options: argparse.Namespace) -> int:
             f"A film runs as a camera does, by its own clock: left and right may be of different moments. For two films of one recording: {me()} import --left FILM --right FILM"
         )
     source = _two_cameras(options, (640, 480) if begun is None else begun.image_size)
+    print(f"A {board}, squares of {board.square_mm:g} mm. (Is that what a ruler says? No picture shows it.)")
     with source, Recorder(Folder(options.out, source.size, board, ball), board) as recorder:
         for sentence in source.lock():
             print(sentence)

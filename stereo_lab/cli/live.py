@@ -119,8 +119,10 @@ def _arm(url, recording):
         if not arm.homed:
             print("The arm moves: homing both joints …", flush=True)
             arm.home()
-    except BaseException:
+    except BaseException as error:
         arm.close()
+        if isinstance(error, KeyboardInterrupt):
+            print("The arm was told to stop, and its motors are off. It does not know yet where it stands.")
         raise
     return arm
 

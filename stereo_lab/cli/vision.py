@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 import sys
 import time
@@ -112,19 +113,11 @@ def run_demo(options: argparse.Namespace) -> int:
 def run_calibrate(options: argparse.Namespace) -> int:
     """Calibrate the cameras of a recording and print what it is worth; WANTING where it is poor."""
     from stereo_lab.calibration import boards_of, calibrate_anew
-    from stereo_lab.recording import open_recording, swap_sides
+    from stereo_lab.recording import open_recording
     from stereo_lab.results import report
 
     recording = open_recording(options.recording)
-    if options.swap:
-        boards = boards_of(recording)
-        theirs = [recording] if boards.path == recording.path else [boards, recording]
-        alone = swap_sides(*theirs)
-        named = " and ".join(str(each.path) for each in theirs)
-        print(f"The folders left and right of {named} are swapped.", file=sys.stderr)
-        if alone:
-            print(f"Pictures of one camera alone stay as they are: {', '.join(alone)}.", file=sys.stderr)
-    with Progress() as progress:
+    with Progress() as progress, _swapped(recording) if options.swap else contextlib.nullcontext():
         result = calibrate_anew(recording, lambda done, total: progress("find the boards", done, total))
     if options.json != "-":
         print(*report.calibration_lines(result), sep="\n")
@@ -138,6 +131,27 @@ def run_calibrate(options: argparse.Namespace) -> int:
             print(f"written: {file}")
     write_json_option(options.json, result.facts())
     return WANTING if result.verdict == "poor" else OK
+
+
+@contextlib.contextmanager
+def _swapped(recording):
+    """Left and right exchanged, and back again where they turn out to have stood rightly."""
+    from stereo_lab.calibration import boards_of
+    from stereo_lab.errors import SwappedSidesError
+    from stereo_lab.recording import swap_sides
+
+    boards = boards_of(recording)
+    theirs = [recording] if boards.path == recording.path else [boards, recording]
+    alone = swap_sides(*theirs)
+    named = " and ".join(str(each.path) for each in theirs)
+    try:
+        yield
+    except SwappedSidesError:
+        swap_sides(*theirs)
+        raise StereoLabError(f"Left and right of {named} stood as they should: nothing was renamed.") from None
+    print(f"The folders left and right of {named} are swapped.", file=sys.stderr)
+    if alone:
+        print(f"Pictures of one camera alone stay as they are: {', '.join(alone)}.", file=sys.stderr)
 
 
 def run_detect(options: argparse.Namespace) -> int:

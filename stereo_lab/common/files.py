@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
+import errno
 import io
 import json
 import math
@@ -140,12 +141,24 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
         os.chmod(part, target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~UMASK)
         os.replace(part, target)
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise StereoLabError(f"Cannot write {path}: {reason}. Choose another folder, or free some space.") from error
+        raise StereoLabError(f"Cannot write {path}: {_why_not(error)}") from error
     finally:
         if part is not None:
             with contextlib.suppress(OSError):  # after the rename it is gone
                 os.remove(part)
+
+
+def _why_not(error):
+    """Why something cannot be written, and what to do."""
+    reason = getattr(error, "strerror", None) or error
+    code = getattr(error, "errno", None)
+    if code == errno.ENOSPC:
+        return f"{reason}. Free some space."
+    if code in (errno.EACCES, errno.EPERM, errno.EROFS):
+        return f"{reason}. Choose a folder that may be written to."
+    if code in (errno.EEXIST, errno.ENOTDIR):
+        return f"{reason}. A file stands where a folder is needed: choose another name."
+    return f"{reason}. Choose another folder, or free some space."
 
 
 @contextlib.contextmanager
@@ -166,9 +179,7 @@ def whole_folder(out: Path) -> Iterator[Path]:
                 out.rmdir()
             os.replace(part, out)
     except OSError as error:
-        raise StereoLabError(
-            f"Cannot write {out}: {error.strerror or error}. Name another place, or free some space."
-        ) from None
+        raise StereoLabError(f"Cannot write {out}: {_why_not(error)}") from None
 
 
 def write_json(path: str | Path, content: object) -> None:

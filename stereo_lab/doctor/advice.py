@@ -25,7 +25,7 @@ ADVICE = {
     "both_mirrored": "Switch the mirror image off in both cameras' settings and take everything again.",
     "both_upside_down": "Turn both cameras the right way up and take everything again, or exchange the folders.",
     "mirrored": "Switch the mirror image off in this camera's settings, or flip its pictures, and take what is missing again.",
-    "upside_down": "Turn this camera by half a turn and take everything again.",
+    "upside_down": "Turn this camera by half a turn and take everything again; or turn all its pictures by half a turn, in every set.",
     "same_pictures": "Put the right camera's own pictures into the folder right, or record with two camera numbers.",
     "one_above_the_other": "Put the cameras side by side and take everything again.",
     "cameras_exchanged": "Exchange the left and the right pictures of these pairs.",

@@ -62,7 +62,7 @@ class Choice:
         if "____" in answer:
             return Verdict(NOT_ATTEMPTED)
         told = str.strip(answer).lower()
-        answer = without_contractions(str.strip(answer))
+        answer = without_contractions(str.strip(answer).rstrip(" .!"))
         word = answer.lower()
         meant = self.right if word in self.also else self._meant(answer)
         if meant is None and self._meant(before_reason(answer)) == self.right:

@@ -305,10 +305,10 @@ def _help():
             "whoever has both can see it go wrong, and try.",
             same=(
                 ("(the )?screenshots?", "a screenshot of the message"), ("(the )?(wrong )?numbers", "the numbers that come out wrong"),
-                ("(my |your )?best pair|one pair", "your best pair of pictures"), ("^((what )?the doctor( says|'s words)?|(the )?report|check(\\.html)?)$", "the doctor's words alone"),
+                ("(my |your )?best pair|one pair", "your best pair of pictures"), ("^((what )?the doctor(( says)|'s (words|report|findings|output))?|(the )?report|check(\\.html)?)$", "the doctor's words alone"),
                 ("^(the )?(whole )?(folder|recording)( alone)?$", "the recording alone"),
                 (
-                    "^(the )?(whole )?(folder|recording),?( and| plus| with|\\+)? ?(the )?(what the )?(doctor('s)? )?(doctor|report|words|output|findings|check(\\.html)?)( says|'s words)?$"
+                    "^(the |my )?(whole )?(folder|recording|data/\\w+),?( and| plus| with| ?\\+)? ?(the )?(what (the )?)?(doctor('s)? |stereo-lab )?(doctor|report|words|output|findings|check(\\.html)?)( says|'s words)?$"
                     "|^(the )?(doctor('s)? )?(doctor|report|words|output|findings|check(\\.html)?)( says|'s words)?,?( and| plus| with|\\+)? ?(the )?(whole )?(folder|recording)$",
                     "the recording and what the doctor says",
                 ),

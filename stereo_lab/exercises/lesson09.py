@@ -258,6 +258,7 @@ def _judged_on():
                 ("(the )?last (ten )?seconds", "the last ten seconds of the film"),
             ),
             beside=(
+                (r"((new |other |different )?frames )?(on |in |from |of )?(the|this|my) (same )?room", "the room stays, and you want to believe the score in another one."),
                 (r"(on |in )?(a |an)?(other|different|new|next|the next)? ?(day|time|film),? (but )?(in |and )?the same room", "better than the same film: the light may be another one. But the room stays, and you want to believe the score in another room."),
                 (DAY_ALONE, "a day alone changes the light. What changes the things round the ball?"),
                 (r"all|all of them|every(thing)?|(the )?whole film|(the )?film|all frames( of the film)?|every frame", "the film has the twenty in it, and its other frames show the same room. What is to be new?"),

@@ -9,6 +9,7 @@ from typing import Any
 from stereo_lab.exercises import kept, progress
 from stereo_lab.exercises.answers import PASS, Choice, Command, Function, Number, Verdict, judge
 from stereo_lab.exercises.language import in_english, translated
+from stereo_lab.exercises.verdict import NOT_YET
 
 
 class NotPassed(AssertionError):
@@ -88,8 +89,11 @@ class Question:
         print(textwrap.indent(self.code, "    ") + f"\n{translated(self.reason)}")
 
     def carry(self, answer: Any) -> Any:
-        """The answer where it is right, else the reference: whoever is stuck can go on."""
-        return self._carried(answer) if self.judge(answer).status == PASS else self.reference
+        """The answer where it is right, else the reference: whoever is stuck can go on. Of a wrong one it says so."""
+        status = self.judge(answer).status
+        if status == NOT_YET:
+            print(translated("(The cells below go on with the kit's answer until yours is right.)"))
+        return self._carried(answer) if status == PASS else self.reference
 
     def _carried(self, answer):
         if isinstance(self.answer, Choice):  # later cells know the English words

@@ -167,7 +167,9 @@ def read_log(path: str | Path) -> Run:
     """
     lines = read_bytes(path).decode("utf-8", errors="replace").split("\n")
     rows = [record_of(line) for line in lines if line.strip()]
-    head = rows[0] if rows else None
+    if not rows:
+        raise StereoLabError(f"{path} is empty, and so is no log of a run.")
+    head = rows[0]
     if head is None or head.get("kind") != KIND:
         raise StereoLabError(f'{path} is no log of a run: its first line should say "kind": "{KIND}".')
     if head.get("format") != FORMAT:

@@ -20,6 +20,7 @@ from stereo_lab.recording.bounds import color_name
 from stereo_lab.recording.model import Recording
 from stereo_lab.recording.opening import open_recording
 from stereo_lab.recording.pictures import PICTURES, read_image
+from stereo_lab.recording.places import check_name
 from stereo_lab.recording.sample import USUAL_BALL, Ball, Board
 
 LIKE_PICTURES = (*PICTURES, ".bmp", ".tif", ".tiff", ".webp", ".pgm", ".ppm")  # endings of what OpenCV may read
@@ -99,6 +100,7 @@ def check_new(out: str | Path) -> None:
     RecordingError
         If it has, or is no folder.
     """
+    check_name(out)
     out = Path(out)
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise RecordingError(f"{out} is there already. Name a folder that is new.")

@@ -33,6 +33,20 @@ def known() -> list[str]:
     return sorted({path.parent.name for shelf in shelves() for path in shelf.glob("*/recording.json")})
 
 
+def check_name(out: str | Path) -> None:
+    """Refuse a name for a new recording that is found by it already: in this folder it would hide the other one.
+
+    Raises
+    ------
+    StereoLabError
+        If it is that of a recording on a shelf.
+    """
+    if Path(out).name == str(out) and str(out) in known():
+        raise StereoLabError(
+            f"{out} is the name of a recording that is there already, and would be found in its place. Name another folder, such as my_{out}."
+        )
+
+
 def check_shelves() -> None:
     """Refuse to go on without any recording.
 

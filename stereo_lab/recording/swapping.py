@@ -25,7 +25,7 @@ def swap_sides(*recordings: Recording) -> list[str]:
     for recording in recordings:
         if recording.truth:
             raise RecordingError(
-                f"{recording.path} brings truth.json, which names the sides: its folders stay as they are."
+                f"{recording.path} brings truth.json, which names the sides: its folders stay as they are. Where they were exchanged by hand, exchange them back by hand."
             )
     sets = [recording.path / name for recording in recordings for name in recording.sets]
     both = [folder for folder in sets if (folder / "right").is_dir()]
