@@ -325,7 +325,8 @@ def test_what_to_do_hangs_on_why_nothing_can_be_written(tmp_path, monkeypatch, c
 def test_a_new_recording_does_not_take_the_name_of_another(tmp_path, monkeypatch, capsys):
     """Found first in one's own folder, it would hide the shipped one from every command."""
     monkeypatch.chdir(tmp_path)
-    assert "Name another folder, such as my_bench" in refused(capsys, "record", "bench")
+    for name in ("bench", "bench/"):
+        assert "Name another folder, such as my_bench" in refused(capsys, "record", name)
     told = refused(
         capsys, "import", "--left", "a*", "--right", "b*", "--board", "9x6", "--square-mm", "25", "--out", "bench"
     )

@@ -306,6 +306,15 @@ def test_a_run_tells_what_it_saw_and_asked_for(bench, localizer, tmp_path):
     assert replace(last, track=None, step=None).record().get("x_mm") is None
 
 
+def test_an_arm_that_is_stopped_while_it_homes_says_so(monkeypatch, capsys):
+    def stopped(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("stereo_lab.arm.Arm.home", stopped)
+    assert cli.main(["run", "--arm", "virtual://arm", "--seconds", "1"]) == 130
+    assert "The arm was told to stop, and its motors are off." in capsys.readouterr().out
+
+
 def test_a_recording_runs_without_an_arm(localizer):
     moments = list(run(open_source("bench", fast=True), localizer))
     assert len(moments) == len(open_recording("bench").pairs("track"))

@@ -48,6 +48,13 @@ def test_cameras_that_stand_rightly_stay_as_they_are(swapped, capsys):
     assert (swapped / "calibration" / "left" / "000.jpg").read_bytes() == first
 
 
+def test_where_nothing_comes_of_it_the_folders_are_as_they_were(swapped, monkeypatch):
+    first = (swapped / "calibration" / "left" / "000.jpg").read_bytes()
+    monkeypatch.setattr("stereo_lab.calibration.calibrate_anew", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+    assert main(["calibrate", str(swapped), "--swap"]) == 130
+    assert (swapped / "calibration" / "left" / "000.jpg").read_bytes() == first
+
+
 def test_boards_and_balls_of_two_recordings_are_swapped_together(swapped, capsys):
     balls = swapped.parent / "balls"
     shutil.copytree(swapped, balls, ignore=shutil.ignore_patterns("calibration"))

@@ -194,9 +194,8 @@ def _whole_other(image, board):
     seen = None if shown is None else glance(image, shown)
     if seen is None:
         return None
-    room = (
-        1.6 * np.linalg.norm(seen.outline[1] - seen.outline[0]) / (shown.grid[0] - 1)
-    )  # its squares, and some of its rim
+    square = np.linalg.norm(seen.outline[1] - seen.outline[0]) / (shown.grid[0] - 1)
+    room = 1.6 * square  # its own squares, and some of the board's rim
     return shown if (seen.outline > room).all() and (seen.outline < np.array(seen.size) - room).all() else None
 
 

@@ -135,7 +135,7 @@ def run_calibrate(options: argparse.Namespace) -> int:
 
 @contextlib.contextmanager
 def _swapped(recording):
-    """Left and right exchanged, and back again where they turn out to have stood rightly."""
+    """Left and right exchanged; and back again where they turn out to have stood rightly, or nothing comes of it."""
     from stereo_lab.calibration import boards_of
     from stereo_lab.errors import SwappedSidesError
     from stereo_lab.recording import swap_sides
@@ -146,9 +146,11 @@ def _swapped(recording):
     named = " and ".join(str(each.path) for each in theirs)
     try:
         yield
-    except SwappedSidesError:
+    except BaseException as error:
         swap_sides(*theirs)
-        raise StereoLabError(f"Left and right of {named} stood as they should: nothing was renamed.") from None
+        if isinstance(error, SwappedSidesError):
+            raise StereoLabError(f"Left and right of {named} stood as they should: nothing was renamed.") from None
+        raise
     print(f"The folders left and right of {named} are swapped.", file=sys.stderr)
     if alone:
         print(f"Pictures of one camera alone stay as they are: {', '.join(alone)}.", file=sys.stderr)

@@ -41,9 +41,9 @@ def check_name(out: str | Path) -> None:
     StereoLabError
         If it is that of a recording on a shelf.
     """
-    if Path(out).name == str(out) and str(out) in known():
+    if Path(out).parent == Path() and Path(out).name in known():
         raise StereoLabError(
-            f"{out} is the name of a recording that is there already, and would be found in its place. Name another folder, such as my_{out}."
+            f"{out} is the name of a recording that is there already, and would be found in its place. Name another folder, such as my_{Path(out).name}."
         )
 
 
