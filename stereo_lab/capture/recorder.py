@@ -118,15 +118,8 @@ class Recorder:
     def _wish(self, time_s, seen):
         """What to do before this pair can be taken; empty where it can."""
         there = [side for side, one in enumerate(seen) if one is not None]
-        if not there and self._others[0] is not None and self._others[0] == self._others[1]:
-            counts = (
-                " Count the corners where four squares meet, not squares."
-                if counts_squares(self.board, self._others[0])
-                else ""
-            )
-            return f"No {self.board} is seen, but a {self._others[0]}.{counts} Begin again with that board, in another folder."
         if not there:
-            return "No board is seen. " + (self._next() or "All is done: end the recording.")
+            return self._no_board()
         if len(there) == 1 and not self.coverage.reaches_rim(seen[there[0]], there[0]):
             return f"Only the {SIDES[there[0]]} camera sees the board: move it to where both do."
         if self.coverage.complete and len(there) == 2:
@@ -143,6 +136,16 @@ class Recorder:
         if blurred:
             return f"The {SIDES[blurred[0]]} picture is blurred: hold still, give it more light, or focus."
         return ""
+
+    def _no_board(self):
+        """What to do where no board is seen: one of another size was, or the next place is empty."""
+        before, other = self._others
+        if other is None or other != before:
+            return "No board is seen. " + (self._next() or "All is done: end the recording.")
+        counted = (
+            " Count the corners where four squares meet, not squares." if counts_squares(self.board, other) else ""
+        )
+        return f"No {self.board} is seen, but a {other}.{counted} Begin again with that board, in another folder."
 
     def _next(self):
         if self._calibration is not None:

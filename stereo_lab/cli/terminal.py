@@ -64,12 +64,11 @@ def clear_line() -> None:
 
 def tell_fit(localizer: Localizer, recording: Recording) -> None:
     """Print what speaks against the fit that places, or an arm, will follow."""
-    way, doubts = localizer.way, localizer.doubts
-    for line in (way.color_told, way.squares_told, *doubts):
-        if line:
-            print(line)
-    if doubts:
-        print(f"What is wrong there, and what to do: stereo-lab check {recording.path}", flush=True)
+    from stereo_lab.localization.localizer import where_to_look
+
+    doubts = localizer.doubts
+    for line in (*localizer.told, *doubts, *([where_to_look(recording)] if doubts else [])):
+        print(line, flush=True)
 
 
 def check_outputs(options: argparse.Namespace) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 from stereo_lab.cli.options import Add, add_json, add_recording
 from stereo_lab.cli.terminal import BAD_INPUT, OK, WANTING, Progress, write_json_option
 from stereo_lab.common.packages import to_install
-from stereo_lab.errors import RecordingError, StereoLabError
+from stereo_lab.errors import RecordingError, StereoLabError, SwappedSidesError
 
 FRAMES_LEARNED = 60  # of a video: enough that some show the ball clearly
 MOST_CORES = 4  # each holds 100 MB
@@ -137,7 +137,6 @@ def run_calibrate(options: argparse.Namespace) -> int:
 def _swapped(recording):
     """Left and right exchanged; and back again where they turn out to have stood rightly, or nothing comes of it."""
     from stereo_lab.calibration import boards_of
-    from stereo_lab.errors import SwappedSidesError
     from stereo_lab.recording import swap_sides
 
     boards = boards_of(recording)
@@ -146,10 +145,11 @@ def _swapped(recording):
     named = " and ".join(str(each.path) for each in theirs)
     try:
         yield
-    except BaseException as error:
+    except SwappedSidesError:
         swap_sides(*theirs)
-        if isinstance(error, SwappedSidesError):
-            raise StereoLabError(f"Left and right of {named} stood as they should: nothing was renamed.") from None
+        raise StereoLabError(f"Left and right of {named} stood as they should: nothing was renamed.") from None
+    except BaseException:
+        swap_sides(*theirs)
         raise
     print(f"The folders left and right of {named} are swapped.", file=sys.stderr)
     if alone:

@@ -84,6 +84,11 @@ class Localizer:
         return cls(calibration, *WAYS[method].fit(recording, samples, calibration, color or recording.ball.color))
 
     @property
+    def told(self) -> list[str]:
+        """What was done beside the recipe, in plain sentences: a colour that marked itself, a board's squares taken for longer."""
+        return [sentence for sentence in (self.way.color_told, self.way.squares_told) if sentence]
+
+    @property
     def doubts(self) -> list[str]:
         """What speaks against the samples that this was fitted on, in plain sentences; none where they agree."""
         count, said = len(self.residuals_mm) + len(self.missed), []
@@ -142,6 +147,11 @@ class Localizer:
 def first_of(names: Sequence[str]) -> str:
     """The first of some names, for a sentence."""
     return ", ".join(names[:NAMED]) + (" and others" if len(names) > NAMED else "")
+
+
+def where_to_look(recording: Recording) -> str:
+    """What says more where there are doubts, as a sentence."""
+    return f"What is wrong there, and what to do: stereo-lab check {recording.path}"
 
 
 def disparities(localizer: Localizer, samples: Sequence[Sample]) -> tuple[np.ndarray, list[Sample]]:

@@ -56,7 +56,7 @@ class ConeWay:
     ) -> tuple[ConeWay, np.ndarray, tuple[str, ...], tuple[str, ...]]:
         """The way, its residuals (see :class:`Localizer`), the samples it missed, and those unlike the others."""
         diameter, depth = recording.ball.diameter_mm, recording.arm_depth_mm
-        named = {f"{set_name}/{s.pair.name}": s for set_name, chosen in samples.items() for s in chosen}
+        named = {s.pair.full_name: s for chosen in samples.values() for s in chosen}
         color = BallColor.named(color) if isinstance(color, str) else color
         backgrounds = backgrounds_of(list(named.values()), diameter)
         (detectors, seen), told = _look(calibration, color, diameter, named, backgrounds), ""

@@ -112,7 +112,7 @@ def _rectified_samples(recording, set_name, samples, calibration, detector):
         found = _in_rectified(calibration, detector, sample.pair.left, sample.pair.right)
         if found is None or found[0].u <= found[1].u:
             turned += found is not None
-            missed.append(f"{set_name}/{sample.pair.name}")
+            missed.append(sample.pair.full_name)
             if spare:
                 depth = sample.measured.depth_mm
                 queue.append(spare.pop(int(np.argmin([abs(s.measured.depth_mm - depth) for s in spare]))))

@@ -13,7 +13,7 @@ from stereo_lab.calibration import StereoCalibration, depth_map, where_to_hold
 from stereo_lab.common.files import write_whole
 from stereo_lab.errors import CalibrationError
 from stereo_lab.localization.doubt import FAR_OFF, far_off
-from stereo_lab.localization.localizer import first_of
+from stereo_lab.localization.localizer import first_of, where_to_look
 from stereo_lab.recording import Recording
 from stereo_lab.results.evaluation import Results
 from stereo_lab.results.figures import FIGURES
@@ -77,8 +77,7 @@ def sentences(results: Results) -> list[str]:
     """What the numbers mean, plainly."""
     facts = results.facts()
     said = [f"Calibration: {facts['calibration']['verdict']}. {facts['calibration']['reasons'][0]}"]
-    ways = [localizer.way for localizer in results.localizers.values()]
-    said += [told for way in ways for told in (way.color_told, way.squares_told) if told]
+    said += [sentence for localizer in results.localizers.values() for sentence in localizer.told]
     if "cone" in results.failed:
         said.append(results.failed["cone"])
     if "paper" in results.failed:
@@ -126,7 +125,7 @@ def _doubts(results, unlike):
             f"{len(unlike)} of {len(judged)} places {verb} off by more than {FAR_OFF:.0f} times what cameras and ruler leave in "
             f"doubt, the worst by {max(unlike.values()):.0f} times: {first_of(list(unlike))}."
         )
-    return [*said, f"What is wrong there, and what to do: stereo-lab check {results.recording.path}"] if said else []
+    return [*said, where_to_look(results.recording)] if said else []
 
 
 def _far_off(found):
