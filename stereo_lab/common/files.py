@@ -141,14 +141,14 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
         os.chmod(part, target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~UMASK)
         os.replace(part, target)
     except (OSError, ValueError) as error:
-        raise StereoLabError(f"Cannot write {path}: {_why_not(error)}") from error
+        raise StereoLabError(f"Cannot write {path}: {why_not_written(error)}") from error
     finally:
         if part is not None:
             with contextlib.suppress(OSError):  # after the rename it is gone
                 os.remove(part)
 
 
-def _why_not(error):
+def why_not_written(error: Exception) -> str:
     """Why something cannot be written, and what to do."""
     reason = getattr(error, "strerror", None) or error
     code = getattr(error, "errno", None)
@@ -179,7 +179,7 @@ def whole_folder(out: Path) -> Iterator[Path]:
                 out.rmdir()
             os.replace(part, out)
     except OSError as error:
-        raise StereoLabError(f"Cannot write {out}: {_why_not(error)}") from None
+        raise StereoLabError(f"Cannot write {out}: {why_not_written(error)}") from None
 
 
 def write_json(path: str | Path, content: object) -> None:

@@ -12,7 +12,7 @@ import zlib
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from stereo_lab.common.files import check_format, check_plain, read_bytes, write_json, write_whole
+from stereo_lab.common.files import check_format, check_plain, read_bytes, why_not_written, write_json, write_whole
 from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises.progress import FILE as PROGRESS
 from stereo_lab.exercises.progress import merged
@@ -76,7 +76,7 @@ def pack(folder: Path, out: Path) -> tuple[int, list[str]]:
                 _put(file, path, name)
         os.replace(part, out)
     except OSError as error:
-        raise StereoLabError(f"Cannot write {out}: {error.strerror or error}. Name another place, or free some space.") from None  # fmt: skip
+        raise StereoLabError(f"Cannot write {out}: {why_not_written(error)}") from None
     finally:
         with contextlib.suppress(OSError):  # after the rename it is gone
             part.unlink()
