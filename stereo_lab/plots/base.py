@@ -124,6 +124,7 @@ def histogram_errors(
     size = np.abs(errors_mm)
     ax.hist(size, bins=12, color=color, edgecolor="white", hatch=hatch)
     ax.margins(y=0.2)  # room for the label
+    ax.locator_params(axis="y", integer=True)
     ax.axvline(size.mean(), color=BLACK, linestyle="--")
     ax.annotate(f" mean {size.mean():.1f} mm", (size.mean(), 0.92), xycoords=("data", "axes fraction"))
     ax.set_xlabel("size of the depth error (mm)")
