@@ -34,6 +34,15 @@ def sanitize(cell, text):
 IPyNbCell.sanitize = sanitize
 
 
+@pytest.fixture(autouse=True)
+def environment():
+    """What a test leaves in the environment (a command sets the backend of its figures) reaches no test after it."""
+    before = dict(os.environ)
+    yield
+    os.environ.clear()
+    os.environ.update(before)
+
+
 @pytest.fixture(scope="session")
 def bench():
     from stereo_lab.recording import open_recording

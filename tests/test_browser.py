@@ -303,7 +303,7 @@ def test_the_course_opens_and_its_first_picture_comes(browser, tmp_path):
         for _ in range(6):  # two cells of code, and the text between them
             page.keyboard.press("Shift+Enter")
             page.wait_for_timeout(500)
-        page.locator(".jp-OutputArea img").first.wait_for(timeout=150_000)  # an empty home has no list of fonts yet
+        page.locator(".jp-OutputArea img").first.wait_for(timeout=60_000)
         assert page.get_by_text("Jupyter news").count() == 0 or not (ROOT / ".venv").exists()
         page.close()
     finally:

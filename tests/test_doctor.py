@@ -267,12 +267,6 @@ def test_one_wrong_line_does_not_move_the_others():
 # Whole recordings
 
 
-@pytest.fixture(autouse=True)
-def backend(monkeypatch):
-    """The command sets the backend of figures for its own process; here that would reach every test that follows."""
-    monkeypatch.setenv("MPLBACKEND", "agg")
-
-
 @pytest.fixture(scope="module")
 def third_rig():
     return open_recording("third_rig")
