@@ -485,7 +485,7 @@ def films(third_rig, tmp_path_factory):
 
 
 class Played:
-    """A video file, opened by OpenCV, that comes as fast as it was taken, and over and over: OpenCV reads one at once."""
+    """A video file, opened by OpenCV, that comes over and over."""
 
     def __init__(self, path):
         self.film = cv2.VideoCapture(path)
@@ -494,7 +494,6 @@ class Played:
         return getattr(self.film, name)
 
     def read(self):
-        time.sleep(1 / 15)
         good, picture = self.film.read()
         if not good:
             self.film.set(cv2.CAP_PROP_POS_FRAMES, 0)
@@ -541,6 +540,18 @@ def test_places_are_typed_in(films, tmp_path, capsys, monkeypatch):
         and "expected a number, got 'far'" in said
     )
     assert [s.measured.x_mm for s in open_recording(out).samples("position")] == [120, 130.5]
+
+
+def test_places_end_with_the_film(third_rig, tmp_path, capsys, monkeypatch):
+    films, pair = [], third_rig.pairs("calibration")[0]
+    for side in ("left", "right"):
+        films.append(str(tmp_path / f"{side}.avi"))
+        writer = cv2.VideoWriter(films[-1], cv2.VideoWriter_fourcc(*"MJPG"), 15, third_rig.image_size)
+        writer.write(getattr(pair, side))
+        writer.release()
+    monkeypatch.setattr("builtins.input", lambda _="": "120 85 1000")
+    assert cli.main(["record", str(tmp_path / "mine"), "--left", films[0], "--right", films[1], "--set", "depth"]) == 0
+    assert "The film is at its end." in capsys.readouterr().out
 
 
 def test_a_recording_that_was_begun_knows_its_board(films, folder, third_rig, capsys, monkeypatch):

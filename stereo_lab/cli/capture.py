@@ -122,7 +122,8 @@ def run_record(options: argparse.Namespace) -> int:
     pairs = len(recorder.folder.names(options.set_name))
     taken = pairs - before  # as the disk has it: Ctrl-C may come while one is being taken
     print(f"\n{options.out}: {taken} more; {pairs} pairs in {options.set_name}.")
-    print(f"Next: {me()} check {typed(options.out)}")
+    if pairs:
+        print(f"Next: {me()} check {typed(options.out)}")
     write_json_option(options.json, {"path": str(options.out), "taken": taken})
     return OK
 
@@ -192,7 +193,9 @@ def _typed_places(source, recorder, options):
                 print("Three numbers were expected: to the right, up, and away from the cameras, as in 120 85 1000.")
                 continue
             try:
-                frame = source.read()
+                if (frame := source.read()) is None:
+                    print("The film is at its end.")
+                    break
                 name = recorder.take_sample(frame, options.set_name, tuple(line))
             except StereoLabError as error:
                 print(error)

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from stereo_lab.errors import StereoLabError
-from stereo_lab.live.sources import Frame, StereoSource, check_rate
+from stereo_lab.live.sources import LEAST_HZ, MOST_HZ, Frame, StereoSource, check_rate
 
 KEPT = 4  # pictures of a side that may still find their other half; older ones are dropped
 SILENT_S = 2.0  # so long without a pair is told
@@ -32,7 +32,7 @@ LOCKS = {  # what a camera does by itself, what switches that off, and the value
 
 
 class CameraSource(StereoSource):
-    """Two cameras, by their numbers or addresses.
+    """Two cameras, by their numbers or addresses; or two films, which run as fast as they were taken and end the source.
 
     The newest pair wins: what nobody fetched in time is dropped and counted, and no queue grows. Black pictures and
     pictures that were cut off on their way are passed over. A camera that goes away is opened again as long as the source
@@ -150,6 +150,7 @@ class _Side:
         self.trouble, self.stopped, self.passed_over = "", False, 0
         self.lock_asked, self.locks = False, {}
         self._capture = self._open()
+        self._film_hz = 0.0 if self._capture is None else _film_hz(number, self._capture, rate_hz)
         if self._capture is None:
             if Path(str(number)).suffix and "://" not in str(number):
                 raise StereoLabError(
@@ -173,6 +174,7 @@ class _Side:
         return capture
 
     def _run(self):
+        began, count = self._clock(), 0
         while not self.stopped:
             try:
                 picture = self._next_picture()
@@ -181,7 +183,13 @@ class _Side:
             now = self._clock()
             if picture is not None:
                 self._take(now, picture)
+                count += 1
+                if self._film_hz:
+                    self._sleep(began + count / self._film_hz - self._clock())
                 continue
+            if self._film_hz and count:
+                self.stop()
+                break
             self._trouble("gave no picture and was let go; it is opened again every second. Is it plugged in?")
             self._let_go()
             self._sleep(AGAIN_S)
@@ -246,7 +254,9 @@ class _Side:
         return count
 
     def loose(self):
-        """What it does not hold, in words; empty where it holds all."""
+        """What it does not hold, in words; empty where it holds all, and for a film."""
+        if self._film_hz:
+            return ""
         names = [name for name, held in self.locks.items() if not held] if self.locks else list(LOCKS)
         if not names:
             return ""
@@ -274,6 +284,14 @@ class _Side:
             self.thread.join(JOIN_S)
         elif self._capture is not None:  # it never ran
             self._capture.release()
+
+
+def _film_hz(number, capture, rate_hz):
+    """Pictures a second of a film that a capture reads, as it says or as it is asked for; 0 where it is a camera."""
+    if not (isinstance(number, str) and Path(number).is_file()):
+        return 0.0
+    told = capture.get(cv2.CAP_PROP_FPS)
+    return told if LEAST_HZ <= told <= MOST_HZ else rate_hz
 
 
 def what_is_wrong(picture: np.ndarray, size: tuple[int, int]) -> str:
