@@ -105,6 +105,14 @@ def test_usual_names_and_units(calibration, tmp_path, names, unit, scale):
     same(import_calibration(two_files(tmp_path, calibration, names, scale), unit), calibration, 1e-9)
 
 
+def test_a_unit_that_the_file_contradicts_is_refused(calibration, files, tmp_path):
+    for names, told in ((files[:1], "mm"), (files[1:], "m")):
+        with pytest.raises(CalibrationError, match=f"its translation is in {told}; --unit says cm"):
+            import_calibration(names, "cm")
+        same(import_calibration(names, told), calibration, 1e-6)
+    same(import_calibration(two_files(tmp_path, calibration, ("M1", "D1", "M2", "D2", "R", "T"), 1)), calibration, 1e-9)
+
+
 def test_what_is_wrong_is_a_sentence(calibration, files, tmp_path):
     parts = two_files(tmp_path, calibration, ("M1", "D1", "M2", "D2", "R", "T"), 1000)
     text = files[1].read_text()

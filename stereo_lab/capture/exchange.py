@@ -96,13 +96,13 @@ def _ros_facts(calibration, side, name):
     }
 
 
-def import_calibration(files: Sequence[str | Path], unit: str = "mm") -> StereoCalibration:
+def import_calibration(files: Sequence[str | Path], unit: str | None = None) -> StereoCalibration:
     """A calibration made elsewhere: one or more YAML files of OpenCV, or the left and the right camera_info of ROS.
 
     Parameters
     ----------
     files : sequence of paths
-    unit : str, of OpenCV's translation: mm, cm, inch or m. ROS always writes metres
+    unit : str, of the translation: mm, cm, inch or m. Left out: m of ROS; of OpenCV as the file says, or mm
 
     Returns
     -------
@@ -112,13 +112,13 @@ def import_calibration(files: Sequence[str | Path], unit: str = "mm") -> StereoC
     Raises
     ------
     CalibrationError
-        If a file cannot be read, something is missing, or the cameras would stand an unlikely way apart.
+        If a file cannot be read, something is missing, it is in another unit, or the cameras would stand an unlikely way apart.
     """
-    if unit not in UNITS_MM:
+    if unit is not None and unit not in UNITS_MM:
         raise CalibrationError(f"Expected a unit of {', '.join(UNITS_MM)}; got {unit!r}.")
     texts = {str(path): read_bytes(path).decode("utf-8", "replace") for path in files}
     ros = all("camera_matrix:" in text and "projection_matrix:" in text for text in texts.values())
-    facts = _of_ros(texts) if ros else _of_opencv(texts, UNITS_MM[unit])
+    facts = _of_ros(texts, unit) if ros else _of_opencv(texts, unit)
     baseline = float(np.linalg.norm(facts["translation_mm"]))
     if not BASELINE_MM[0] <= baseline <= BASELINE_MM[1]:
         wish = "" if ros else " Say in which unit its translation is: --unit m, cm or inch."
@@ -179,7 +179,16 @@ def _named(texts):
     return " and ".join(Path(name).name for name in texts)
 
 
-def _of_opencv(texts, unit_mm):
+def _unit_mm(told, asked, texts):
+    """How many millimetres the unit has that a file tells; where it tells none, the one that is asked for, or mm."""
+    if told not in UNITS_MM:
+        return UNITS_MM[asked or "mm"]
+    if asked not in (None, told):
+        raise CalibrationError(f"{_named(texts)}: its translation is in {told}; --unit says {asked}. Leave --unit out.")
+    return UNITS_MM[told]
+
+
+def _of_opencv(texts, unit):
     values: dict[str, Any] = {}
     for name, text in texts.items():
         try:
@@ -188,7 +197,7 @@ def _of_opencv(texts, unit_mm):
             raise CalibrationError(
                 f"{name}: this is neither YAML, XML or JSON that OpenCV wrote nor a camera_info of ROS."
             ) from None
-    unit_mm = UNITS_MM.get(values.get("unit", ""), unit_mm)  # as our own export tells it
+    unit_mm = _unit_mm(str(values.get("unit")), unit, texts)  # our own export tells it
     found = {field: _one_of(values, names) for field, names in NAMES.items()}
     found |= {"width": _one_of(values, WIDTHS), "height": _one_of(values, HEIGHTS)}
     lacking = [
@@ -246,7 +255,8 @@ def _shaped(value, field, where):
         raise CalibrationError(f"{where}: {error}") from None
 
 
-def _of_ros(texts):
+def _of_ros(texts, unit):
+    unit_mm = _unit_mm("m", unit, texts)
     if len(texts) != 2:
         raise CalibrationError("Of ROS expected two files, the left camera's and the right camera's.")
     cameras = [_ros_camera(name, text) for name, text in texts.items()]
@@ -257,7 +267,7 @@ def _of_ros(texts):
     if right["shift"] == left["shift"]:
         raise CalibrationError(f"{_named(texts)}: neither projection_matrix tells how far apart the cameras stand.")
     turn = right["turn"].T @ left["turn"]
-    step = right["turn"].T @ np.array([(right["shift"] - left["shift"]) * UNITS_MM["m"], 0, 0])
+    step = right["turn"].T @ np.array([(right["shift"] - left["shift"]) * unit_mm, 0, 0])
     where = _named(texts)
     facts = {"rotation": _shaped(turn, "rotation", where), "translation_mm": _shaped(step, "translation_mm", where)}
     for side, camera in (("left", left), ("right", right)):

@@ -39,7 +39,7 @@ def add_to(add: Add) -> None:
         help="in the place of pictures: OpenCV's YAML, or the left and the right camera_info of ROS; --out may be a recording "
         "that has no boards",
     )  # fmt: skip
-    bring.add_argument("--unit", default="mm", help="of OpenCV's translation: mm, cm, inch or m (default: %(default)s)")
+    bring.add_argument("--unit", help="of OpenCV's translation: mm, cm, inch or m (default: as the file says, or mm)")
     bring.add_argument("--out", required=True, metavar="DIR", help="folder to make")
     bring.add_argument("--ball-color", default="red", metavar="NAME")
     bring.add_argument("--ball-mm", default="40", metavar="MM", help="diameter of the ball (default: %(default)s)")
