@@ -11,6 +11,7 @@ import time
 import pytest
 
 from conftest import ROOT, skip_unless_ci
+from stereo_lab.cli import main
 from stereo_lab.common.packages import to_install
 from stereo_lab.errors import StereoLabError
 from stereo_lab.live import telemetry
@@ -121,6 +122,13 @@ def test_who_comes_later_knows_the_state_too(broker):
         assert "-" in watch.lines()[1].split()
     finally:
         watch.close()
+
+
+def test_watching_tells_by_its_exit_code_that_the_broker_is_away(broker, capsys):
+    assert main(["watch", broker.name, "--seconds", "3"]) == 0
+    broker.kill()
+    assert main(["watch", broker.name, "--seconds", "0.3"]) == 1
+    assert "Does a broker run there?" in capsys.readouterr().out
 
 
 def test_a_bench_that_dies_is_called_gone_by_the_broker(broker):

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stereo_lab.cli.options import Add, add_json, decimal, seconds
-from stereo_lab.cli.terminal import OK, clear_line, tell_fit, write_json_option
+from stereo_lab.cli.terminal import OK, WANTING, clear_line, tell_fit, write_json_option
 from stereo_lab.errors import StereoLabError
 
 if TYPE_CHECKING:
@@ -245,7 +245,7 @@ def summary_lines(found: Run, summary: dict) -> list[str]:
 
 
 def run_watch(options: argparse.Namespace) -> int:
-    """Show a line a bench, until Ctrl-C."""
+    """Show a line a bench, until Ctrl-C or its time is over; WANTING where the broker is away then."""
     from stereo_lab.live.telemetry import Watch
 
     until = time.monotonic() + (float("inf") if options.seconds is None else options.seconds)
@@ -262,5 +262,6 @@ def run_watch(options: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         pass
     finally:
+        trouble = watch.trouble  # before it closes: an end is one, too
         watch.close()
-    return OK
+    return WANTING if trouble else OK
