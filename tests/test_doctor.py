@@ -353,6 +353,19 @@ def test_the_command(third_rig, tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["verdict"] == "clean"
 
 
+def test_the_command_says_what_comes_next(third_rig, tmp_path, capsys):
+    mine = tmp_path / "mine"
+    for set_name, then in (
+        ("calibration", "record {} --set position"),
+        ("position", "record {} --set depth"),
+        ("depth", "demo {}"),
+    ):
+        shutil.copytree(third_rig.path / set_name, mine / set_name)
+        shutil.copy(third_rig.path / "recording.json", mine)
+        assert cli.main(["check", str(mine)]) == 0
+        assert then.format(mine) in capsys.readouterr().out.splitlines()[-1]
+
+
 def test_a_report_that_cannot_be_written_is_refused_at_once(capsys, tmp_path):
     assert cli.main(["check", "bench", "--report", str(tmp_path)]) == 2
     assert str(tmp_path) in capsys.readouterr().err

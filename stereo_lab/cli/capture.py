@@ -218,7 +218,20 @@ def run_check(options: argparse.Namespace) -> int:
     if options.json != "-":
         print(f"{recording.title}\n({recording.path})\n")
         print(*told.lines(checkup), sep="\n")
+        if checkup.verdict == "clean":
+            print(f"\nNext: {_after_check(recording, options.recording or recording.path)}")
     if options.report:
         told.write(checkup, recording, options.report)
     write_json_option(options.json, checkup.facts())
     return OK if checkup.verdict == "clean" else WANTING
+
+
+def _after_check(recording, name):
+    """What comes after a clean check: measured balls as long as there are none, then the whole chain."""
+    lacking = [set_name for set_name in ("position", "depth") if not recording.has_samples(set_name)]
+    if not lacking:
+        return f"{me()} demo {typed(name)}"
+    return (
+        f"measure where a ball is; until then millimetres on the bench are not known: {me()} record {typed(name)} "
+        f"--set {lacking[0]} (with the cameras' numbers as before)"
+    )
