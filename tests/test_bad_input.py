@@ -808,6 +808,9 @@ def test_one_point_alone_and_none_at_all(bench_calibration):
         (["check", "bench", "--report", "bench.json"], "--report: expected a name that ends in .html or .htm"),
         (["grade", "handed_in", "--csv", "class.xlsx"], "--csv: expected a name that ends in .csv"),
         (["run", "--recording", "nowhere", "--seconds", "2"], "There is no folder nowhere"),
+        (["train", "clutter", "--out", "ball.txt"], "--out: expected a name that ends in .json"),
+        (["train", "clutter", "--out", "b.json", "--json", "./b.json"], "--json and --out both name b.json"),
+        (["calibrate", "bench", "--save", "s.json", "--json", "s.json"], "--json and --save both name s.json"),
     ],
 )  # fmt: skip
 def test_words_of_the_command_line_that_do_not_fit(words, says, capsys, tmp_path, monkeypatch):
@@ -815,11 +818,18 @@ def test_words_of_the_command_line_that_do_not_fit(words, says, capsys, tmp_path
     assert main(words) == 2 and says in capsys.readouterr().err and not list(tmp_path.iterdir())
 
 
-def test_no_output_takes_the_place_of_a_recordings_file(small, capsys):
-    facts = small / "recording.json"
-    before = facts.read_bytes()
-    assert main(["calibrate", str(small), "--json", str(facts)]) == 2
-    assert "belongs to the recording" in capsys.readouterr().err and facts.read_bytes() == before
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [
+        (["calibrate", "bench", "--json"], "recording.json"),
+        (["train", "clutter", "--out"], "recording.json"),
+        (["log", "run.jsonl", "--csv"], "position/measured.csv"),
+    ],
+)
+def test_no_output_takes_the_place_of_a_recordings_file(words, name, small, capsys):
+    before = (small / name).read_bytes()
+    assert main([*words, str(small / name)]) == 2
+    assert f"belongs to the recording {small}" in capsys.readouterr().err and (small / name).read_bytes() == before
 
 
 @pytest.mark.parametrize(

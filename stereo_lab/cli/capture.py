@@ -222,6 +222,8 @@ def run_check(options: argparse.Namespace) -> int:
             print(f"\nNext: {_after_check(recording, options.recording or recording.path)}")
     if options.report:
         told.write(checkup, recording, options.report)
+        if options.json != "-":
+            print(f"written: {options.report}")
     write_json_option(options.json, checkup.facts())
     return OK if checkup.verdict == "clean" else WANTING
 

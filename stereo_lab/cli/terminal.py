@@ -17,12 +17,14 @@ if TYPE_CHECKING:
     from stereo_lab.localization import Localizer
     from stereo_lab.recording import Recording
 
-OUTPUTS = {
-    "json": (".json",),
-    "save": (".json",),
-    "report": (".html", ".htm"),
-    "html": (".html", ".htm"),
-    "csv": (".csv",),
+OUTPUTS = {  # where an option that names a file is kept: the option, and how the file's name may end
+    "json": ("--json", (".json",)),
+    "save": ("--save", (".json",)),
+    "ball": ("--out", (".json",)),
+    "report": ("--report", (".html", ".htm")),
+    "html": ("--html", (".html", ".htm")),
+    "csv": ("--csv", (".csv",)),
+    "plot": ("--plot", (".png", ".svg", ".pdf")),
 }
 OF_A_RECORDING = "recording.json", "calibration.json", "truth.json", "registration.json", "measured.csv"
 OK, WANTING, BAD_INPUT, STOPPED = 0, 1, 2, 130
@@ -77,20 +79,29 @@ def check_outputs(options: argparse.Namespace) -> None:
     Raises
     ------
     StereoLabError
-        If a name has another ending than what is written, or is that of a file of a recording, or of no plain file.
+        If a name has another ending than what is written, or is that of a file of a recording, of no plain file, or of two
+        options.
     """
     from stereo_lab.common.files import check_target
 
-    for option, endings in OUTPUTS.items():
-        name = getattr(options, option, None)
-        if not name or (option == "json" and name == "-"):
+    named: dict[str, str] = {}
+    for kept, (option, endings) in OUTPUTS.items():
+        name = getattr(options, kept, None)
+        if not name or (kept == "json" and name == "-"):
             continue
         check_target(name)
         path = Path(name)
         if path.suffix.lower() not in endings:
-            raise StereoLabError(f"--{option}: expected a name that ends in {' or '.join(endings)}, got {name}.")
-        if path.name in OF_A_RECORDING and (path.parent / OF_A_RECORDING[0]).is_file():
-            raise StereoLabError(f"--{option}: {name} belongs to the recording {path.parent}. Name another file.")
+            raise StereoLabError(f"{option}: expected a name that ends in {' or '.join(endings)}, got {name}.")
+        for folder in (path.parent, path.parent.parent):  # measured.csv lies in a set of its recording
+            if path.name in OF_A_RECORDING and (folder / OF_A_RECORDING[0]).is_file():
+                raise StereoLabError(f"{option}: {name} belongs to the recording {folder}. Name another file.")
+        place = os.path.abspath(path)
+        if other := named.get(place):
+            raise StereoLabError(
+                f"{other} and {option} both name {name}: the one would take the other's place. Name two files."
+            )
+        named[place] = option
 
 
 def write_json_option(path: str | None, content: object) -> None:
@@ -108,6 +119,7 @@ def write_json_option(path: str | None, content: object) -> None:
         flush_output()
     elif path:
         write_json(path, content)
+        print(f"written: {path}")
 
 
 def flush_output() -> None:

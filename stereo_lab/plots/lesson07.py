@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,7 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from stereo_lab.common.files import check_target
+from stereo_lab.common.files import write_whole
 from stereo_lab.errors import StereoLabError
 from stereo_lab.plots.base import AMBER, BLACK, BLUE, GREEN, ORANGE, VERMILION, figure
 
@@ -165,11 +166,10 @@ def run_page(run: Run, path: str | Path) -> None:
     Raises
     ------
     StereoLabError
-        If the log has no pictures, or the file's ending or its folder cannot be used.
+        If the log has no pictures, or the file cannot be written or its ending not be used.
     """
     if not run.records:
         raise StereoLabError("There is nothing to draw: the log has a header and no pictures.")
-    check_target(path)
     fig, axes = figure(3, 2, height=10.5, width=12)
     time_s = run.column("time_s")
     groups = (
@@ -187,12 +187,11 @@ def run_page(run: Run, path: str | Path) -> None:
     usage(run.column("cpu_percent"), PAPERS_CPU, "CPU (percent of one core)", "", axes[2, 0])
     usage(run.column("rss_mb"), PAPERS_RSS_MB, "memory (MB)", "", axes[2, 1])
     fig.suptitle(f"{run.head.get('source')}, arm {run.head.get('arm') or 'none'}, {run.head.get('started')}")
+    drawn = io.BytesIO()
     try:
-        fig.savefig(path)
-    except (ValueError, OSError) as error:
-        raise StereoLabError(
-            f"{path} cannot be drawn to: {getattr(error, 'strerror', None) or error}. Name a file that ends in .png, .svg or .pdf, "
-            "in a folder that is there."
-        ) from None
+        fig.savefig(drawn, format=Path(path).suffix[1:].lower() or None)
+    except ValueError:
+        raise StereoLabError(f"{path} cannot be drawn to: name a file that ends in .png, .svg or .pdf.") from None
     finally:
         plt.close(fig)
+    write_whole(path, drawn.getvalue())
