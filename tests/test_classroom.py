@@ -289,6 +289,9 @@ def test_whose_it_is_and_which_lesson(tmp_path):
         ("ben/03_world_coordinates.ipynb", "03", "ben"),
         ("cy/deep/mine.ipynb", "03", "cy"),  # told by its questions
         ("2026-10-03.ipynb", "03", "2026-10-03"),
+        ("03_world_coordinates_carl (1).ipynb", "03", "carl"),
+        ("03_world_coordinates_carl - Kopie.ipynb", "03", "carl"),
+        ("Copy of 03_world_coordinates_carl.ipynb", "03", "carl"),
     ):
         paper = read_paper(put(tmp_path, name, kit()), tmp_path)
         assert (paper.lesson, paper.learners) == (lesson, (learner,)), name
@@ -302,6 +305,9 @@ def test_the_latest_is_found_whatever_is_claimed(tmp_path):
     os.utime(second, (1_000_000_000, 1_000_000_000))
     put(tmp_path, "a/.ipynb_checkpoints/03_z.ipynb", kit())
     assert [p.file for p in latest(papers_in(tmp_path))["a", "03"]] == ["a/03_x.ipynb", "a/03_y.ipynb"]
+    given_up = put(tmp_path, "a/03_x_2026-11-29_14-22.ipynb", kit())  # as `reset` names what it keeps
+    os.utime(given_up, (2_000_000_001, 2_000_000_001))
+    assert [p.file for p in latest(papers_in(tmp_path))["a", "03"]][0] == "a/03_x.ipynb"
     with pytest.raises(StereoLabError, match="no notebook"):
         papers_in(tmp_path / "a" / ".ipynb_checkpoints")
     with pytest.raises(StereoLabError, match="is none"):

@@ -50,7 +50,11 @@ def test_a_folder_comes_back_as_it_was(school, tmp_path):
     done = unpack(tmp_path / "stick" / "ada.zip", tmp_path / "home")
     wanted = {name: content for name, content in everything(school).items() if ".ipynb_checkpoints" not in name}
     got = everything(tmp_path / "home")
-    assert left_out == [] and done.kept == done.left == [] and count == len(wanted) == len(got)
+    assert (
+        left_out == []
+        and done.kept == done.left == []
+        and count == len(done.brought) == len(wanted) - 1 == len(got) - 1
+    )
     assert {n: c for n, c in got.items() if n != MARK} == {n: c for n, c in wanted.items() if n != MARK}
     assert json.loads(got[MARK]) == json.loads(wanted[MARK])
     assert lay_out(ROOT / "notebooks", tmp_path / "home") == ([], [])  # and the kit takes it for one of its own
@@ -77,6 +81,21 @@ def test_what_lies_there_is_kept(school, tmp_path):
     assert set(lost) <= {"progress.json", MARK}
     again = unpack(tmp_path / "ada.zip", home)
     assert again.brought == again.kept == [] and everything(home) == after
+
+
+def test_the_recording_of_another_seat_stays_whole(school, tmp_path):
+    home = tmp_path / "home"
+    lay_out(ROOT / "notebooks", home)
+    for folder, seat, pictures in ((school, 17, "ab"), (home, 3, "abc")):
+        write(folder / "seat" / "recording.json", json.dumps({"seat": seat}))
+        for name in pictures:
+            write(folder / "seat" / "calibration" / "left" / f"{name}.jpg", f"{name} of {seat}")
+    before = everything(home / "seat")
+    pack(school, tmp_path / "ada.zip")
+    done = unpack(tmp_path / "ada.zip", home)
+    assert [name for name, _ in done.kept] == ["seat"] and everything(home / done.kept[0][1]) == before
+    assert everything(home / "seat") == everything(school / "seat")
+    assert unpack(tmp_path / "ada.zip", home).kept == []
 
 
 def test_an_untouched_copy_makes_room(school, tmp_path):
@@ -204,7 +223,7 @@ def test_what_is_packed_is_taken_in_again(school, tmp_path, monkeypatch):
     count, left_out = pack(school, Path("ada.zip"))
     assert "notes.md" in left_out and any("caf" in name for name in left_out)
     unpack(school / "ada.zip", tmp_path / "home")
-    assert len(everything(tmp_path / "home")) == count
+    assert len(everything(tmp_path / "home")) == count + 1  # and the mark
     assert not {"ada.zip", "ada.zip.part"} & set(everything(tmp_path / "home"))
     (school / "ada.zip").unlink()
     monkeypatch.setattr(moving, "LARGEST", 10)

@@ -24,6 +24,9 @@ LAST_SEAT = 9_999
 LONGEST_WORDS = 5_000  # letters of what a learner wrote between the cells
 WHEN = "%Y-%m-%d %H:%M:%S"
 HANDED_IN = re.compile(r"_\d{4}-\d\d-\d\d_\d\d-\d\d-\d\d$")  # the end of the name of a file of hand-in
+KEPT = re.compile(r"_\d{4}-\d\d-\d\d_\d\d-\d\d(_\d+)?$")  # the end of the name of what `reset` kept: work given up
+# What systems and browsers add to the name of a second file: "02_detection_ada (1)", "02_detection_ada - Kopie", "Copy of …"
+COPY = re.compile(r"^(Copy of|Kopie von|Copie de) |( - (Copy|Kopie|Copie)|-Copy\d+)?( ?\(\d+\))?$")
 MOST_TOGETHER = 8  # learners of one notebook
 PACKED = (".zip", ".7z", ".rar", ".gz", ".tar")
 
@@ -157,13 +160,15 @@ def read_paper(path: Path, folder: Path, top: Path | None = None, by_folder: boo
 
 
 def latest(papers: list[Paper]) -> dict[tuple[str, str], list[Paper]]:
-    """For each learner and lesson what was handed in, the latest first."""
+    """For each learner and lesson what was handed in, the latest first; what ``reset`` kept comes last, whatever its date."""
     found: dict[tuple[str, str], list[Paper]] = {}
     for paper in papers:
         for learner in paper.learners:
             found.setdefault((learner, paper.lesson), []).append(paper)
     for handed_in in found.values():
-        handed_in.sort(key=lambda paper: (paper.handed_in, paper.file), reverse=True)
+        handed_in.sort(
+            key=lambda paper: (not KEPT.search(Path(paper.file).stem), paper.handed_in, paper.file), reverse=True
+        )
     return dict(sorted(found.items()))
 
 
@@ -234,7 +239,8 @@ def _by_name(path, folder, lesson=""):
 
     A file of ``hand-in`` that cannot be read any more still tells them: 03_ada_bob_2026-10-05_12-00-00.ipynb.
     """
-    rest = HANDED_IN.sub("", path.stem)
+    stem = COPY.sub("", path.stem)
+    rest = HANDED_IN.sub("", stem)
     found = re.search(r"(?<!\d)(\d\d)(?!\d)", rest)
     lesson = lesson or (found.group(1) if found and found.group(1) in LESSONS else "")
     if path.parent != folder:
@@ -244,7 +250,7 @@ def _by_name(path, folder, lesson=""):
             rest = rest.replace(kits.stem, "")
         if found and found.group(1) == lesson:
             rest = re.sub(rf"^{lesson}[_-]|[_-]{lesson}$", "", rest)
-    names = rest.strip(" _-").split("_") if HANDED_IN.search(path.stem) else [rest.strip(" _-")]
+    names = rest.strip(" _-").split("_") if HANDED_IN.search(stem) else [rest.strip(" _-")]
     return lesson, tuple(legible(name) for name in names if name) or (legible(path.stem),)
 
 

@@ -16,7 +16,7 @@ from stereo_lab.common.files import check_format, check_plain, read_bytes, why_n
 from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises.progress import FILE as PROGRESS
 from stereo_lab.exercises.progress import merged
-from stereo_lab.work import MARK, as_copies, copies_of, digest_of, keep_beside, mark
+from stereo_lab.work import MARK, SEAT, as_copies, copies_of, digest_of, keep_beside, mark
 
 LARGEST = 2_000_000_000  # bytes, unpacked: fifty recordings of one's own
 MOST = 20_000  # files
@@ -53,7 +53,7 @@ def pack(folder: Path, out: Path) -> tuple[int, list[str]]:
 
     Returns
     -------
-    count : int, how many files went in
+    count : int, how many of the learner's files went in
     left_out : list of str, names that another system would not take, the second of two that differ in capitals alone, and links
 
     Raises
@@ -80,7 +80,7 @@ def pack(folder: Path, out: Path) -> tuple[int, list[str]]:
     finally:
         with contextlib.suppress(OSError):  # after the rename it is gone
             part.unlink()
-    return len(files), left_out
+    return len(files) - 1, left_out  # the mark is none of the learner's
 
 
 def _files(folder, own, left_out):
@@ -118,8 +118,8 @@ def _put(file, path, name):
 def unpack(packed: Path, folder: Path) -> Unpacked:
     """Bring what :func:`pack` wrote into a learner's folder.
 
-    A file that lies there and is different is renamed, so that the time stands in its name; a copy in which nobody has worked
-    yet makes room. Which questions are passed is put together. Nothing is written before all of the pack was read.
+    A file that lies there and is different is renamed, so that the time stands in its name, and so is the folder of another
+    seat; a copy in which nobody has worked yet makes room. Which questions are passed is put together. Nothing is written before all of the pack was read.
 
     Parameters
     ----------
@@ -191,6 +191,8 @@ def _room(file, folder):
 
 def _bring(file, names, there, folder):
     here, done = copies_of(folder), Unpacked([], [], [])
+    if _is_of_another_seat(file, names, folder):  # two recordings in one folder would be neither
+        done.kept.append((SEAT, keep_beside(folder / SEAT).name))
     for name in names:
         content, target = file.read(name), folder / name
         if name == MARK:
@@ -211,6 +213,12 @@ def _bring(file, names, there, folder):
         done.brought.append(name)
     mark(folder, {**there, **here, **{name: there[name] for name in done.brought if name in there}})
     return done
+
+
+def _is_of_another_seat(file, names, folder):
+    """Whether the learner's own recording here is another one than that of the pack."""
+    name = f"{SEAT}/recording.json"
+    return name in names and (folder / name).is_file() and read_bytes(folder / name) != file.read(name)
 
 
 def _progress(content):
