@@ -11,7 +11,7 @@ from nbclient import NotebookClient
 from conftest import ROOT
 from stereo_lab.calibration import calibrate_recording
 from stereo_lab.capture import export_calibration, import_calibration, recording_of
-from stereo_lab.exercises import LESSONS, questions
+from stereo_lab.exercises import LESSONS, NEEDS, PLACES, questions
 from stereo_lab.recording import open_recording
 
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
@@ -29,6 +29,13 @@ def source(cell):
 
 def test_a_notebook_for_every_lesson_with_questions():
     assert [path.stem[:2] for path in NOTEBOOKS] == list(LESSONS)
+
+
+@every_notebook
+def test_whoever_marks_knows_what_a_lesson_needs(path):
+    first = next(source(cell) for cell in cells_of(path) if "with_sets(" in source(cell))
+    asked = re.search(r"with_sets\(recording, (.*)\)", first).group(1)
+    assert tuple(asked.replace('"', "").split(", ")) == NEEDS.get(path.stem[:2], PLACES)
 
 
 @every_notebook

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -151,6 +152,20 @@ def test_progress_belongs_to_a_learner(tmp_path, monkeypatch, capsys):
     assert "lesson 00  ##       2 of 5   open: 0.3, 0.4, 0.5\n" in capsys.readouterr().out
     assert main(["progress", "--json", "-"]) == 0
     assert json.loads(capsys.readouterr().out)["lessons"]["00"] == {"passed": [1, 2], "questions": 5}
+
+
+def test_progress_needs_no_measured_balls(bench, tmp_path, monkeypatch, capsys):
+    """As on the day on which a class has recorded its boards: the lessons themselves go on with the shipped bench."""
+    shutil.copytree(bench.path / "calibration", tmp_path / "mine" / "calibration")
+    shutil.copy(bench.path / "recording.json", tmp_path / "mine")
+    monkeypatch.setenv("STEREO_LAB_WORK", str(tmp_path / "ada"))
+    assert main(["progress", str(tmp_path / "mine")]) == 0
+    assert "lesson 09" in capsys.readouterr().out
+
+
+def test_progress_of_nobody_is_no_progress(monkeypatch, capsys):
+    assert main(["progress", "--name", "nobody-of-that-name"]) == 2
+    assert "There is no work in" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["../ada", "", "a b", "x" * 41, "a/b"])

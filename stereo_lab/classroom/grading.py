@@ -25,7 +25,7 @@ from stereo_lab.classroom.store import Store
 from stereo_lab.classroom.table import Marks
 from stereo_lab.classroom.variants import BASES, make_variant
 from stereo_lab.errors import StereoLabError
-from stereo_lab.exercises import questions
+from stereo_lab.exercises import asked_in
 from stereo_lab.exercises.answers import NOT_ATTEMPTED, NOT_YET, PASS
 from stereo_lab.exercises.question import Question
 from stereo_lab.recording import Recording
@@ -142,7 +142,7 @@ class _Examiners:
         """The questions of a lesson, worked out once for each seat."""
         with self._lock:
             if (lesson, seat) not in self._asked:
-                self._asked[lesson, seat] = questions(lesson, self._recording(seat))
+                self._asked[lesson, seat] = asked_in(lesson, self._recording(seat))
             return self._asked[lesson, seat]
 
     def key(self, paper: Paper) -> str:

@@ -108,7 +108,7 @@ def run_grade(options: argparse.Namespace) -> int:
     from stereo_lab.classroom.page import write_page
     from stereo_lab.classroom.papers import not_looked_at
     from stereo_lab.classroom.table import read_teacher, write_table
-    from stereo_lab.exercises import questions
+    from stereo_lab.exercises import asked_in
     from stereo_lab.recording import open_recording
 
     table, due = Path(options.csv), _due(options.due)
@@ -134,7 +134,7 @@ def run_grade(options: argparse.Namespace) -> int:
             options.by_folder,
         )
     lessons = sorted({row.lesson for row in graded.rows if row.lesson})
-    tallies = {lesson: tally(graded.rows, lesson, questions(lesson, recording)) for lesson in lessons}
+    tallies = {lesson: tally(graded.rows, lesson, asked_in(lesson, recording)) for lesson in lessons}
     write_table(table, graded.rows)
     if options.html:
         write_page(Path(options.html), graded.rows, tallies, [graded.how])

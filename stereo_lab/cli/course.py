@@ -86,15 +86,17 @@ def run_reset(options: argparse.Namespace) -> int:
 def run_progress(options: argparse.Namespace) -> int:
     """Print how many questions of each lesson are passed. The exit code is OK."""
     os.environ["STEREO_LAB_WORK"] = str(work_folder(options.name))
-    from stereo_lab.exercises import LESSONS, progress, questions
+    from stereo_lab.exercises import LESSONS, asked_in, progress
     from stereo_lab.recording import open_recording
 
     folder = work_folder(options.name)
+    if not folder.is_dir() and options.name:
+        raise StereoLabError(f"There is no work in {folder} yet. Begin with: {me()} start{whose(options.name)}")
     if not folder.is_dir() and options.json != "-":
         print(f"There is no work in {folder} yet. Name whose it is with --name, or begin with: {me()} start")
     recording, known, table = open_recording(options.recording), progress.load(), {}
     for lesson in LESSONS:
-        asked = [q.number for q in questions(lesson, recording)]
+        asked = [q.number for q in asked_in(lesson, recording)]
         passed = sorted(set(known.get(lesson, [])) & set(asked))
         table[lesson] = {"passed": passed, "questions": len(asked)}
         if options.json != "-":

@@ -18,14 +18,18 @@ from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises.blank import ____
 from stereo_lab.exercises.sitting import catch_up
 from stereo_lab.exercises.stops import explain_stops
+from stereo_lab.recording import open_recording
+from stereo_lab.recording.needs import BALL, BOARDS, lacks
 
 if TYPE_CHECKING:  # a lesson is loaded when its questions are asked for
     from stereo_lab.exercises.question import Question
     from stereo_lab.recording import Recording
 
+PLACES = ("calibration", "position", "depth")  # what most lessons need of a recording
+NEEDS = {"01": (BOARDS,), "02": (BALL,), "08": (BOARDS, "position", "depth"), "09": (BALL, "position", "depth")}
 LESSONS = ("00", "01", "02", "03", "04", "05", "06", "07", "08", "09")
 
-__all__ = ["LESSONS", "____", "catch_up", "mine", "questions"]
+__all__ = ["LESSONS", "____", "asked_in", "catch_up", "mine", "questions"]
 
 
 def questions(lesson: str, recording: Recording, **seen: Any) -> tuple[Question, ...]:
@@ -58,6 +62,12 @@ def questions(lesson: str, recording: Recording, **seen: Any) -> tuple[Question,
     from stereo_lab.exercises.seats import seated
 
     return tuple(seated(question, recording.seat) for question in asked)
+
+
+def asked_in(lesson: str, recording: Recording) -> tuple[Question, ...]:
+    """The questions as a lesson asks them: where the recording has not what it needs, those of the shipped bench."""
+    lacking = lacks(recording, *NEEDS.get(lesson, PLACES))
+    return questions(lesson, open_recording("bench") if lacking else recording)
 
 
 def mine(name: str, recording: Recording) -> Any:

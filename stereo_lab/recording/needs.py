@@ -33,8 +33,7 @@ def with_sets(recording: Recording, *needed: str) -> Recording:
     -------
     Recording
     """
-    lacking = [name for name in needed if not _has(recording, name)]
-    if lacking:
+    if lacking := lacks(recording, *needed):
         take = "; ".join(TAKE[name] for name in lacking)
         print(
             f"{recording.title}: what follows needs more than is there, so the shipped bench stands in. Take: {take}.{told_of_strays(recording.path)}"
@@ -43,6 +42,11 @@ def with_sets(recording: Recording, *needed: str) -> Recording:
     if "position" in needed and not recording.has_samples("evaluation"):
         print("no evaluation set: the check samples of position and depth are kept out of the fit and judge it")
     return recording
+
+
+def lacks(recording: Recording, *needed: str) -> list[str]:
+    """What is not there of the sets that :func:`with_sets` knows."""
+    return [name for name in needed if not _has(recording, name)]
 
 
 def _has(recording, name):
