@@ -214,6 +214,41 @@ def test_cameras_that_do_not_stand_side_by_side_are_refused(calibration, tmp_pat
         import_calibration(files[:1])
 
 
+def test_what_the_command_would_leave_out_is_refused(bench, files, tmp_path, capsys):
+    """A recording's own calibration and ball, and options that are of pictures."""
+    out = tmp_path / "mine"
+    words = ["import", "--calibration", str(files[0]), "--out", str(out)]
+    for _ in range(2):  # the same once more changes nothing
+        assert cli.main(words) == 0
+    for more, said in (
+        (["--ball-color", "green"], "was begun with a red ball of 40 mm; this is a green one"),
+        (["--board", "8x5", "--charuco"], "--board, --charuco has no place beside it"),
+        (["--side-by-side", "shots/*.png"], "--side-by-side has no place beside it"),
+        (["--unit", "m"], "its translation is in mm; --unit says m"),
+    ):
+        assert cli.main([*words, *more]) == 2 and said in capsys.readouterr().err
+    facts = json.loads((out / "calibration.json").read_text())
+    facts["translation_mm"] = [2 * x for x in facts["translation_mm"]]
+    (out / "calibration.json").write_text(json.dumps(facts))
+    assert cli.main(words) == 2 and "has another calibration already" in capsys.readouterr().err
+    assert json.loads((out / "calibration.json").read_text()) == facts
+
+
+def test_one_film_is_not_both(tmp_path, capsys):
+    (tmp_path / "a.mp4").touch()
+    words = [
+        "import",
+        "--left",
+        str(tmp_path / "a.mp4"),
+        "--right",
+        str(tmp_path / "a.mp4"),
+        "--out",
+        str(tmp_path / "mine"),
+    ]
+    assert cli.main([*words, "--board", "9x6", "--square-mm", "25"]) == 2
+    assert "Each camera has a film of its own" in capsys.readouterr().err
+
+
 def test_no_points_are_no_points(calibration):
     for points in (calibration.rectify_points([], "left"), calibration.unrectify_points(np.zeros((0, 2)), "right")):
         assert points.shape == (0, 2)

@@ -152,7 +152,7 @@ def recording_of(calibration: StereoCalibration, folder: str | Path, ball: Ball)
     Raises
     ------
     StereoLabError
-        If the recording has boards of its own, or pictures of another size.
+        If the recording has boards of its own, another calibration, or pictures of another size.
     """
     folder = Path(folder)
     if (folder / "recording.json").exists():
@@ -163,12 +163,21 @@ def recording_of(calibration: StereoCalibration, folder: str | Path, ball: Ball)
             raise CalibrationError(
                 f"The pictures of {folder} are {_by(recording.image_size)} pixels, those of the calibration {_by(calibration.image_size)}."
             )
+        kept = folder / "calibration.json"
+        if kept.exists() and not _alike(StereoCalibration.load(kept), calibration):
+            raise CalibrationError(
+                f"{folder} has another calibration already. Take {kept} away first, or name another folder."
+            )
     else:
         check_new(folder)
         facts = camera_facts(folder.name, calibration.image_size, Board(9, 6, 25.0), ball)
         write_json(folder / "recording.json", facts)
     calibration.save(folder / "calibration.json")
     return open_recording(folder.resolve())
+
+
+def _alike(one, other):
+    return all(np.allclose(getattr(one, key), getattr(other, key)) for key in ARRAYS)
 
 
 def _by(size):

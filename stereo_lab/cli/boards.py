@@ -11,7 +11,7 @@ from stereo_lab.cli.terminal import OK
 from stereo_lab.errors import StereoLabError
 
 if TYPE_CHECKING:
-    from stereo_lab.recording import Board
+    from stereo_lab.recording import Ball, Board, Recording
 
 COLUMNS, ROWS, SQUARE_MM = "9", "6", "25"  # of a board of which nothing is told
 
@@ -60,6 +60,30 @@ def run_board(options: argparse.Namespace) -> int:
     print(f"{options.out}: {what}")
     print("Print it at 100 %, not fitted to the page, and measure the line of 100 mm.")
     return OK
+
+
+def ball_of_options(options: argparse.Namespace, begun: Recording | None) -> Ball:
+    """The ball that the options tell; what they leave out is as in the recording that was begun, or 40 mm and red.
+
+    Raises
+    ------
+    StereoLabError
+        If the recording was begun with another one.
+    """
+    from stereo_lab.recording import USUAL_BALL, Ball
+    from stereo_lab.recording.bounds import color_name, length_mm
+
+    known = begun.ball if begun else USUAL_BALL
+    ball = Ball(
+        known.color if options.ball_color is None else color_name(options.ball_color, "--ball-color"),
+        known.diameter_mm if options.ball_mm is None else length_mm(options.ball_mm, "--ball-mm"),
+    )
+    if begun and ball != known:
+        raise StereoLabError(
+            f"{options.out} was begun with a {known.color} ball of {known.diameter_mm:g} mm; this is a {ball.color} one of "
+            f"{ball.diameter_mm:g} mm. Change it in {Path(options.out) / 'recording.json'}, or name another folder."
+        )
+    return ball
 
 
 def board_of_option(options: argparse.Namespace) -> Board:

@@ -9,7 +9,7 @@ import time
 from dataclasses import asdict
 from pathlib import Path
 
-from stereo_lab.cli.boards import COLUMNS, ROWS, SQUARE_MM, board_of_option
+from stereo_lab.cli.boards import COLUMNS, ROWS, SQUARE_MM, ball_of_options, board_of_option
 from stereo_lab.cli.options import Add, add_board, add_json, add_recording, decimal, seconds
 from stereo_lab.cli.terminal import OK, WANTING, me, typed, write_json_option
 from stereo_lab.errors import StereoLabError
@@ -90,24 +90,14 @@ def run_cameras(options: argparse.Namespace) -> int:
 def run_record(options: argparse.Namespace) -> int:
     """Record with two cameras until Ctrl-C. The exit code is OK, also where nothing new was taken."""
     from stereo_lab.capture import Folder, Recorder
-    from stereo_lab.recording import USUAL_BALL, Ball, open_recording
-    from stereo_lab.recording.bounds import color_name, length_mm
+    from stereo_lab.recording import open_recording
     from stereo_lab.recording.places import check_name
 
     begun = open_recording(options.out) if (Path(options.out) / "recording.json").is_file() else None
     if begun is None:
         check_name(options.out)
     board = _board_to_record(options, begun)
-    known = begun.ball if begun else USUAL_BALL
-    ball = Ball(
-        known.color if options.ball_color is None else color_name(options.ball_color, "--ball-color"),
-        known.diameter_mm if options.ball_mm is None else length_mm(options.ball_mm, "--ball-mm"),
-    )
-    if ball != known and begun:
-        raise StereoLabError(
-            f"{options.out} was begun with a {known.color} ball of {known.diameter_mm:g} mm; this is a {ball.color} one of "
-            f"{ball.diameter_mm:g} mm. Change it in {Path(options.out) / 'recording.json'}, or name another folder."
-        )
+    ball = ball_of_options(options, begun)
     if any(Path(film).is_file() for film in (options.left, options.right)):
         print(
             f"A film runs as a camera does, by its own clock: left and right may be of different moments. For two films of one recording: {me()} import --left FILM --right FILM"

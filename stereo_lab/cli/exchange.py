@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
-from stereo_lab.cli.boards import board_of_option
+from stereo_lab.cli.boards import ball_of_options, board_of_option
 from stereo_lab.cli.options import Add, add_board, add_json, add_recording
 from stereo_lab.cli.terminal import OK, me, typed, write_json_option
 from stereo_lab.errors import StereoLabError
+
+OF_PICTURES = ("left", "right", "side-by-side", "board", "square-mm", "marker-mm", "charuco", "dictionary")
 
 
 def add_to(add: Add) -> None:
@@ -41,8 +44,8 @@ def add_to(add: Add) -> None:
     )  # fmt: skip
     bring.add_argument("--unit", help="of OpenCV's translation: mm, cm, inch or m (default: as the file says, or mm)")
     bring.add_argument("--out", required=True, metavar="DIR", help="folder to make")
-    bring.add_argument("--ball-color", default="red", metavar="NAME")
-    bring.add_argument("--ball-mm", default="40", metavar="MM", help="diameter of the ball (default: %(default)s)")
+    bring.add_argument("--ball-color", metavar="NAME", help="of the ball (red, or that of the recording in --out)")
+    bring.add_argument("--ball-mm", metavar="MM", help="diameter of the ball (40, or that of the recording in --out)")
     add_json(bring)
 
     export = add("export", run_export, "Write a calibration for other programs: OpenCV's YAML, and camera_info for ROS.",
@@ -56,8 +59,7 @@ def add_to(add: Add) -> None:
 
 def run_import(options: argparse.Namespace) -> int:
     """Make a recording from board pictures taken elsewhere, or of a calibration made elsewhere. The exit code is OK."""
-    from stereo_lab.recording import Ball, import_images, import_side_by_side, is_video
-    from stereo_lab.recording.bounds import color_name, length_mm
+    from stereo_lab.recording import import_images, import_side_by_side, is_video
 
     if options.calibration:
         return _take_over(options)
@@ -71,8 +73,7 @@ def run_import(options: argparse.Namespace) -> int:
         )
     if options.every < 1:
         raise StereoLabError(f"--every: expected a whole number from 1 up, got {options.every}.")
-    board = board_of_option(options)
-    ball = Ball(color_name(options.ball_color, "--ball-color"), length_mm(options.ball_mm, "--ball-mm"))
+    board, ball = board_of_option(options), ball_of_options(options, None)
     if options.left and is_video(options.left[0]):
         recording = _from_films(options, board, ball)
     elif options.side_by_side:
@@ -97,6 +98,8 @@ def _from_films(options, board, ball):
     left, right = options.left[0], options.right[0]
     if not is_video(right):
         raise StereoLabError(f"{left} is a film and {right} is none: name two films, or two patterns.")
+    if Path(left).resolve() == Path(right).resolve():
+        raise StereoLabError(f"--left and --right both name {left}. Each camera has a film of its own.")
     with Progress() as progress:
         recording, later = import_films(left, right, board, options.out, ball, options.every, progress)
     which = "right" if later > 0 else "left"
@@ -107,14 +110,17 @@ def _from_films(options, board, ball):
 def _take_over(options):
     """A calibration made elsewhere, into a recording that has no boards, or into a new one."""
     from stereo_lab.capture import import_calibration, recording_of
-    from stereo_lab.recording import Ball
-    from stereo_lab.recording.bounds import color_name, length_mm
+    from stereo_lab.recording import open_recording
     from stereo_lab.results import report
 
-    if options.left or options.right:
-        raise StereoLabError("Either pictures of boards (--left, --right) or --calibration, not both.")
+    given = [f"--{name}" for name in OF_PICTURES if getattr(options, name.replace("-", "_"))]
+    if given:
+        raise StereoLabError(
+            f"Either pictures of boards or --calibration, not both: {', '.join(given)} has no place beside it."
+        )
     calibration = import_calibration(options.calibration, options.unit)
-    ball = Ball(color_name(options.ball_color, "--ball-color"), length_mm(options.ball_mm, "--ball-mm"))
+    there = Path(options.out) / "recording.json"
+    ball = ball_of_options(options, open_recording(options.out) if there.is_file() else None)
     recording = recording_of(calibration, options.out, ball)
     print(*report.calibration_lines(calibration), sep="\n")
     print(f"Next: put measured pairs of the ball into {recording.path}, in position and depth.")
