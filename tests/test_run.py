@@ -485,6 +485,15 @@ def test_a_full_disk_ends_the_log_and_not_the_run(tmp_path):
     assert 20 < len(read_log(path).records) < 100
 
 
+def test_a_run_whose_log_is_cut_off_says_so_at_its_end(tmp_path, monkeypatch, capsys):
+    def full(log, _record):
+        log.trouble = "No space left on device. The log ends here; the run goes on."
+
+    monkeypatch.setattr(RunLog, "write", full)
+    assert cli.main(["run", "--seconds", "1", "--log", str(tmp_path / "run.jsonl")]) == 1
+    assert capsys.readouterr().err.splitlines()[-1].startswith(f"{tmp_path / 'run.jsonl'} is not whole")
+
+
 def test_usage_is_told_in_parts_of_one_core(monkeypatch):
     now, busy = [0.0], [0.0]
     monkeypatch.setattr(usage_module.time, "monotonic", lambda: now[0])

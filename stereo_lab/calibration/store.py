@@ -16,7 +16,7 @@ from stereo_lab.calibration.cameras import StereoCalibration
 from stereo_lab.calibration.recipe import JUDGED_AT_MM, calibrate_stereo
 from stereo_lab.calibration.saved import TAKEN_OVER
 from stereo_lab.calibration.solver import SOLVER
-from stereo_lab.common.files import read_bytes, user_folder
+from stereo_lab.common.files import read_bytes, typed, user_folder
 from stereo_lab.errors import CalibrationError, RecordingError, StereoLabError, SwappedSidesError
 from stereo_lab.recording import Recording, open_recording
 from stereo_lab.recording.strays import told_of_strays
@@ -80,7 +80,7 @@ def _make(recording, key, progress):
     try:
         made = calibrate_stereo(recording.pairs("calibration"), recording.board, progress, distance_mm(recording))
     except SwappedSidesError as error:
-        swap = f"stereo-lab calibrate {recording.path} --swap"
+        swap = f"stereo-lab calibrate {typed(recording.path)} --swap"
         raise SwappedSidesError(
             f"{error} Or have it done, for every set of this recording: {swap}. In some sets alone? stereo-lab check says in which.",
             error.fault,

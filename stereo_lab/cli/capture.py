@@ -11,7 +11,8 @@ from pathlib import Path
 
 from stereo_lab.cli.boards import COLUMNS, ROWS, SQUARE_MM, ball_of_options, board_of_option
 from stereo_lab.cli.options import Add, add_board, add_json, add_recording, decimal, seconds
-from stereo_lab.cli.terminal import OK, WANTING, me, typed, write_json_option
+from stereo_lab.cli.terminal import OK, WANTING, me, write_json_option
+from stereo_lab.common.files import typed
 from stereo_lab.errors import StereoLabError
 
 

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from stereo_lab.cli.boards import ball_of_options, board_of_option
 from stereo_lab.cli.options import Add, add_board, add_json, add_recording
-from stereo_lab.cli.terminal import OK, me, typed, write_json_option
+from stereo_lab.cli.terminal import OK, me, write_json_option
+from stereo_lab.common.files import typed
 from stereo_lab.errors import StereoLabError
 
 OF_PICTURES = ("left", "right", "side-by-side", "board", "square-mm", "marker-mm", "charuco", "dictionary")

@@ -69,9 +69,9 @@ def add_to(add: Add) -> None:
 
 
 def run_live(options: argparse.Namespace) -> int:
-    """Locate the ball in pictures as they come, and follow it with an arm, until the end or Ctrl-C."""
+    """Locate the ball in pictures as they come, and follow it with an arm, until the end or Ctrl-C; WANTING where its log is not whole."""
     from stereo_lab.live import Follower, open_source, run, touch_in_turn
-    from stereo_lab.live.log import check_new
+    from stereo_lab.live.log import RunLog, check_new
     from stereo_lab.localization import Localizer
     from stereo_lab.recording import open_recording
 
@@ -104,7 +104,10 @@ def run_live(options: argparse.Namespace) -> int:
         except KeyboardInterrupt:
             clear_line()
             print("Stopped.")
-    return OK
+    cut_off = [sink.path for sink in sinks if isinstance(sink, RunLog) and sink.trouble]
+    for path in cut_off:
+        print(f"{path} is not whole: the end of the run could not be written into it.", file=sys.stderr)
+    return WANTING if cut_off else OK
 
 
 def _arm(url, recording):

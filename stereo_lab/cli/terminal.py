@@ -141,11 +141,6 @@ def flush_output() -> None:
         ) from None
 
 
-def typed(path: str) -> str:
-    """A path as it is typed after a command: in quotes where it has blanks."""
-    return f'"{path}"' if " " in str(path) else str(path)
-
-
 def whose(name: str | None) -> str:
     """The end of a command for the folder of the one who is named: a command without it means another's."""
     return f" --name {name}" if name else ""

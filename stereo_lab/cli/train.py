@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 
 from stereo_lab.cli.options import Add, add_recording
-from stereo_lab.cli.terminal import OK, Progress, write_json_option
+from stereo_lab.cli.terminal import OK, Progress, me, write_json_option
+from stereo_lab.common.files import typed
 
 
 def add_to(add: Add) -> None:
@@ -65,7 +66,7 @@ def run_train(options: argparse.Namespace) -> int:
         if marks_proposed:
             print("  These pictures marked themselves: only the easy ones do. Mark some by hand before you trust this.")
         print(f"  (The last two numbers: between them lies the true share, with 95 %.) {_of_the_test(judged)}".rstrip())
-        print(f"{options.ball} is written. Use it: stereo-lab detect IMAGE --color {options.ball}")
+        print(f"{options.ball} is written. Use it: {me()} detect IMAGE --color {typed(options.ball)}")
     write_json_option(options.json, {"trained_on": facts, "unseen": judged})
     return OK
 

@@ -351,3 +351,8 @@ def _pointed(text):
 def _delimiter(first_line):
     """The sign between the columns of a table: a comma, else what a spreadsheet put there."""
     return max(",;\t", key=first_line.count)
+
+
+def typed(path: str | Path) -> str:
+    """A path as it is typed after a command: in quotes where it has blanks."""
+    return f'"{path}"' if " " in str(path) else str(path)

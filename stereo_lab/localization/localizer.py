@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from stereo_lab.calibration import StereoCalibration, calibrate_recording
+from stereo_lab.common.files import typed
 from stereo_lab.detection import BallColor, Detection, check_image
 from stereo_lab.errors import StereoLabError
 from stereo_lab.localization.doubt import FAR_OFF
@@ -151,7 +152,7 @@ def first_of(names: Sequence[str]) -> str:
 
 def where_to_look(recording: Recording) -> str:
     """What says more where there are doubts, as a sentence."""
-    return f"What is wrong there, and what to do: stereo-lab check {recording.path}"
+    return f"What is wrong there, and what to do: stereo-lab check {typed(recording.path)}"
 
 
 def disparities(localizer: Localizer, samples: Sequence[Sample]) -> tuple[np.ndarray, list[Sample]]:

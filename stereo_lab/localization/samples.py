@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence, Sized
 
+from stereo_lab.common.files import typed
 from stereo_lab.detection import BallColor
 from stereo_lab.errors import StereoLabError
 from stereo_lab.recording import Recording
@@ -28,7 +29,7 @@ def check_enough(found: Sized, missed: Sequence[str], least: int, recording: Rec
             f"{least} are needed (missed: {', '.join(missed)}). "
             + (
                 f"Check the ball's color and diameter_mm, and square_mm of the board, in {recording.path / 'recording.json'}; "
-                f"stereo-lab check {recording.path} says more."
+                f"stereo-lab check {typed(recording.path)} says more."
                 if color.name == recording.ball.color
                 else f"By its recording.json the ball is {recording.ball.color}: is it the one that was asked for?"
             )
