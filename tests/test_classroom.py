@@ -395,6 +395,16 @@ def test_a_teachers_mark_comes_back_from_a_spreadsheet(tmp_path):
         Store(tmp_path / "kept.json")
 
 
+def test_a_table_stays_parted_as_a_spreadsheet_saved_it(tmp_path):
+    table = tmp_path / "class.csv"
+    write_table(table, ROWS)
+    rows = list(csv.reader(table.read_text(encoding="utf-8-sig").splitlines()))
+    with open(table, "w", encoding="utf-8-sig", newline="") as file:
+        csv.writer(file, delimiter=";").writerows(rows)
+    write_table(table, ROWS)
+    assert list(csv.reader(table.read_text(encoding="utf-8-sig").splitlines(), delimiter=";")) == rows
+
+
 def test_no_part_of_a_cell_is_a_formula(tmp_path):
     stopped = Mark(NOT_YET, 'ValueError: x;=HYPERLINK("http://evil/");y')
     write_table(tmp_path / "class.csv", [Row("ada", "03", "a.ipynb", "", (stopped, stopped))])

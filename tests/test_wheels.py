@@ -223,3 +223,9 @@ def test_a_computer_is_set_up_through_a_proxy(stick, tmp_path):
         proxy.shutdown()
     assert done.returncode == 0, done.stderr
     assert "http://packages.invalid/simple/tiny/" in Proxy.asked
+
+
+def test_a_file_is_no_folder_to_fill(tmp_path, capsys):
+    (tmp_path / "x.zip").touch()
+    assert main(["wheels", str(tmp_path / "x.zip")]) == 2
+    assert "x.zip is a file" in capsys.readouterr().err

@@ -18,7 +18,7 @@ Marks = dict[tuple[str, str], dict[int, str]]
 
 
 def write_table(path: Path, rows: Sequence[Row]) -> None:
-    """Write the table, with room for a teacher's mark beside each question.
+    """Write the table, with room for a teacher's mark beside each question; one that is there is parted as before.
 
     Raises
     ------
@@ -28,7 +28,8 @@ def write_table(path: Path, rows: Sequence[Row]) -> None:
     most = max((len(row.marks) for row in rows), default=0)
     heads = [f"{k}{part}" for k in range(1, most + 1) for part in PARTS]
     text = io.StringIO()
-    table = csv.writer(text, lineterminator="\r\n")
+    parted = _parted_by(_read(path)) if path.exists() else ","
+    table = csv.writer(text, delimiter=parted, lineterminator="\r\n")
     table.writerow([*FIRST, *heads])
     for row in rows:
         first = (row.learner, row.lesson, row.passed, len(row.marks), row.handed_in, row.file, "; ".join(row.notes))
@@ -57,15 +58,9 @@ def read_teacher(path: Path) -> Marks:
     """
     if not path.exists():
         return {}
-    content = read_bytes(path)
+    text = _read(path)
     try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = content.decode("cp1252", "replace")  # as an older Excel saves it
-    lines = text.splitlines()
-    parted = max(",;\t", key=(lines[0] if lines else "").count)
-    try:
-        rows = list(csv.reader(io.StringIO(text), delimiter=parted))
+        rows = list(csv.reader(io.StringIO(text), delimiter=_parted_by(text)))
     except csv.Error as error:
         raise StereoLabError(
             f"{path} is no table of plain text ({error}). Save it as CSV, or name another one with --csv."
@@ -94,3 +89,16 @@ def _harmless(cell):
 
 def _plain(cell):
     return cell[1:] if cell[:1] == "'" and cell[1:2] in ("=", "+", "-", "@") else cell
+
+
+def _read(path):
+    content = read_bytes(path)
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("cp1252", "replace")  # as an older Excel saves it
+
+
+def _parted_by(text):
+    """The sign between the columns."""
+    return max(",;\t", key=text.partition("\n")[0].count)

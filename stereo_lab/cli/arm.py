@@ -56,7 +56,7 @@ def run_arm(options: argparse.Namespace) -> int:
     if action == "setup":
         return _arm_setup(options)
     if options.url != "list" and action not in ARM_ACTIONS:
-        raise StereoLabError(f"There is no action {action!r}. Choose one of {', '.join(ARM_ACTIONS)}.")
+        raise StereoLabError(f"There is no action {action!r}. Choose one of {', '.join(ARM_ACTIONS)}, setup.")
     if options.url == "list":
         for name, description in ports():
             print(f"{name:20s} {description}")

@@ -26,7 +26,7 @@ def add_to(add: Add) -> None:
     hand = add("hand-in", run_hand_in, "Write a lesson as one file for the teacher, under a code name.", "hand-in 02")
     hand.add_argument("lesson", metavar="LESSON", help="its number")
     hand.add_argument(
-        "--with", action="append", default=[], dest="together_with", metavar="CODE", help="the code name of whoever worked on it with you"
+        "--with", action="append", default=[], dest="together_with", metavar="CODE", help="the code name of whoever worked on it with you; once for each"
     )  # fmt: skip
     hand.add_argument("--code-name", metavar="CODE", help="yours, if you do not want the one that was made for you")
     hand.add_argument("--out", metavar="DIR", help="where to write the file (default: handed_in, in your folder)")

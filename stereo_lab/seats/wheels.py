@@ -132,6 +132,8 @@ def fill(
     StereoLabError
         If something cannot be fetched or written.
     """
+    if out.exists() and not out.is_dir():
+        raise StereoLabError(f"Expected a folder to fill, and {out} is a file. Name another one.")
     text, pip = read_text(environment), find_pip()
     wanted = [(target, micro, lines) for target in targets for micro, lines in _by_micro(text, target)]
     total, done = sum(len(lines) for *_, lines in wanted), 0
@@ -171,5 +173,7 @@ def _download(pip, out, target, micro, lines):
         low = "\n".join(said).lower()
         why = next((why for signs, why in REASONS if any(sign in low for sign in signs)), "pip gave up")
         last = next((line for line in reversed(said) if line.startswith("ERROR")), said[-1] if said else "")
-        told = f"{why}." if last.endswith("Exception:") else f"{why} ({last})"  # the other is the head of a traceback
+        if last.endswith("Exception:"):  # the head of a traceback
+            last = next((line for line in reversed(said) if line), "")
+        told = f"{why} ({last})" if last else f"{why}."
         raise StereoLabError(f"Cannot fetch all for {target.system}, Python {target.python}: {told} Then run it again: it goes on.")  # fmt: skip
