@@ -123,7 +123,8 @@ class Function:
 
     def _stopped(self, answer, error):
         if isinstance(error, ValueError) and self.domain:
-            return slip_in(answer, self.right, self.inputs, self.solution) or self.domain
+            stops = (mistake.message for mistake in self.wrong if self._stops_as(mistake.answer, answer))
+            return next(stops, "") or slip_in(answer, self.right, self.inputs, self.solution) or self.domain
         # An error of the call itself has no line of the function behind those of judge and called
         inside = len(list(traceback.walk_tb(error.__traceback__))) > 2
         if isinstance(error, TypeError) and "positional argument" in str(error) and not inside:
@@ -187,6 +188,13 @@ class Function:
     def _does_as(self, function, outputs, *room):
         """Whether another function gives the same for every try."""
         return all(self._same(o, _try(function, a), *room) for o, a in zip(outputs, self.inputs, strict=True))
+
+    def _stops_as(self, function, answer):
+        """Whether two functions stop for the same tries and give the same for all others, of which there are some."""
+        pairs = [(_try(function, a), _try(answer, a)) for a in self.inputs]
+        both = [(one, other) for one, other in pairs if one is not None and other is not None]
+        stopped = sum(one is None and other is None for one, other in pairs)
+        return bool(both) and len(both) + stopped == len(pairs) and all(self._same(b, a, NEAR) for a, b in both)
 
     def _given(self, arguments):
         return ", ".join(f"{name} = {say(a)}" for name, a in zip(self.names, arguments, strict=True))

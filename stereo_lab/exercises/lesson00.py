@@ -21,6 +21,7 @@ THE_BALL, PICTURE = (
     "(the ball |it )?(is )?(farther |further |more )?(to the )?left in (the )?",
     "( (hand )?(one|picture|image|camera))?",
 )
+THERE_FIRST = rf"(the ball )?(in )?(the )?{{}}{PICTURE},? (it )?is (farther |further |more )?(to the )?left( there)?"
 
 
 def questions(recording: Recording, balls: tuple[Detection, Detection] | None = None) -> tuple[Question, ...]:
@@ -38,6 +39,7 @@ def questions(recording: Recording, balls: tuple[Detection, Detection] | None = 
                 "the right camera stands farther right, so the ball moves to the left in its picture.",
                 same=(
                     (rf"{THE_BALL}right{PICTURE}", "right"), (rf"{THE_BALL}left{PICTURE}", "left"),
+                    (THERE_FIRST.format("right"), "right"), (THERE_FIRST.format("left"), "left"),
                     ("second|r|right-?hand", "right"), ("first|l|left-?hand", "left"),
                 ),
                 beside=(

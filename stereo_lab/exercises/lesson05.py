@@ -167,6 +167,7 @@ def _eq5(points):
                 Wrong(lambda a, b, x, y: math.cos(_cosine(a, b, x, y)) / DEGREE, "the fraction is the cosine already. Take its acos, the way back."),
                 Wrong(lambda a, b, x, y: 1 / math.cos(_cosine(a, b, x, y)) / DEGREE, "arccos is not one over cos. It is the way back: acos."),
                 Wrong(lambda a, b, x, y: math.atan(_cosine(a, b, x, y)) / DEGREE, "that is an arctangent. Eq. 5 takes acos: the fraction is a cosine, not a slope."),
+                Wrong(lambda a, b, x, y: math.acos((x * x + y * y) / (2 * a * b)) / DEGREE, "above the line the squares of both links are missing: - l1**2 - l2**2."),
                 Wrong(lambda a, b, x, y: math.acos((2 * x + 2 * y - 2 * a - 2 * b) / (2 * a * b)) / DEGREE, "*2 doubles. Squared is **2."),
                 Wrong(lambda a, b, x, y: math.acos((x + y - a - b) / (2 * a * b)) / DEGREE, "the squares are missing above the line: **2, four times."),
                 Wrong(lambda a, b, x, y: math.acos(math.hypot(x, y) / (a + b)) / DEGREE, "that is an angle, but not of this triangle. Eq. 5 stands above the cell."),

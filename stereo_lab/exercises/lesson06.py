@@ -88,6 +88,9 @@ def _volts():
                 Wrong(lambda k, v0, w: w / (k - v0), "V0 is in volts: add it after the speed is divided by k."),
                 Wrong(lambda k, v0, w: k / w + v0, "upside down: the speed belongs above the line, k below it."),
                 Wrong(lambda k, v0, w: v0 - w / k, "both cost voltage: plus."),
+                Wrong(lambda k, v0, w: w - v0 / k, "only the speed is divided by k. What friction takes comes on top: plus V0."),
+                Wrong(lambda k, v0, w: w / k / v0, "V0 comes on top: plus, and nothing is divided by it."),
+                Wrong(lambda k, v0, w: math.degrees(w) / k + v0, "the speed is in degrees per second already."),
                 Wrong(lambda k, v0, w: w / (k + v0), "V0 is in volts: add it after the speed is divided by k."),
                 Wrong(lambda k, v0, w: v0 * w / k, "friction costs voltage on top: plus, not times."),
                 Wrong(lambda k, v0, w: w // k + v0, "// throws the decimals away. Divide by a single /."),
@@ -144,7 +147,9 @@ def _runs_on():
 
 
 def _rule():
-    tries = tuple((left, 5.0, 2.1, 1.4) for left in (40.0, 5.5, 4.5, 0.3, 0.0, -2.0, -8.0)) + ((8.0, 12.0, 2.4, 1.3),)
+    tries = tuple((left, 5.0, 2.1, 1.4) for left in (40.0, 5.5, 4.5, 0.3, 0.01, 0.0, -0.01, -2.0, -8.0)) + (
+        (8.0, 12.0, 2.4, 1.3),
+    )
     return dict(
         asks="Write the paper's rule: full speed, slow within the zone, brake at the goal.",
         answer=Function(
@@ -165,6 +170,14 @@ def _rule():
                 Wrong(
                     lambda left, zone, fast, slow: fast if left > zone else slow if left >= 0 else 0.0,
                     "just at the goal yours drives on: brake at 0 as well, <= and not <.",
+                ),
+                Wrong(
+                    lambda left, zone, fast, slow: fast if left > zone else slow if left > -1 else 0.0,
+                    "at the goal and a little past it yours still drives on: brake as soon as left_deg is 0.",
+                ),
+                Wrong(
+                    lambda left, zone, fast, slow: slow if 0 < left <= zone else fast,
+                    "past the goal yours drives on, at full speed: 0 volts there.",
                 ),
                 Wrong(
                     lambda left, zone, fast, slow: fast if left > zone else slow if left != 0 else 0.0,
@@ -310,6 +323,7 @@ def _blind():
             1.072 * CRUISE, 0.078 * CRUISE, "degrees",  # up to what a motor without friction runs on
             (
                 Wrong(1.0, "that is how long it goes on, in seconds. How far does it get in that time?"),
+                Wrong(math.pi, "that is half a turn in radians. The joint counts in degrees, and its cruise is in degrees a second."),
                 Wrong(90.0, "it does not slow down in that second: the controller knows nothing yet."),
                 Wrong(0.12 * CRUISE, "that is how far it runs on once the voltage is gone. Before that it goes on for a whole second."),
                 Wrong(0.0, "so it would be if the controller knew at once. It waits for a second."),

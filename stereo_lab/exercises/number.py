@@ -133,15 +133,11 @@ class Number:
 
     def _count(self, answer, value, right):
         """What to say where there are more numbers than are asked for, or fewer."""
-        if (
-            right.size == 1
-            and self.tolerance
-            and isinstance(answer, tuple)
-            and value.size == 2
-            and all(type(a) is int for a in answer)
-        ):
+        two = isinstance(answer, tuple) and value.size == 2 and all(type(a) is int for a in answer)
+        if right.size == 1 and self.tolerance and two:
             with_point = f"{answer[0]}.{abs(answer[1])}"
-            if abs(float(with_point) - right) <= 0.1 * abs(right) and abs(answer[0] - right) > self.tolerance:
+            room = self.tolerance if abs(answer[0] - right) <= self.tolerance else 0.1 * abs(right)
+            if abs(float(with_point) - right) <= room:
                 return f"expected a number, these are 2: a comma parts them. Write {with_point} with a point."
         many = "this is one" if value.size == 1 else f"these are {value.size}"
         labels = f": {' and '.join(words[0] for words in self.labels)}" if self.labels else ""

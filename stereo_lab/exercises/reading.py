@@ -96,7 +96,7 @@ UNITS = {
     **dict.fromkeys(("px", "pixel", "pixels"), ("px", 1)), **dict.fromkeys(("%", "percent"), ("%", 1)),
     **dict.fromkeys(("ms", "millisecond", "milliseconds"), ("ms", 1)), **dict.fromkeys(("s", "second", "seconds"), ("ms", 1000)),
     **dict.fromkeys(("°", "deg", "degree", "degrees"), ("degrees", 1)), **dict.fromkeys(("rad", "radian", "radians"), ("degrees", 180 / np.pi)),
-    **dict.fromkeys(("turn", "turns", "revolution", "revolutions", "rotation", "rotations", "circle", "circles"), ("degrees", 360)),
+    **dict.fromkeys(("turn", "turns", "rev", "revs", "revolution", "revolutions", "rotation", "rotations", "circle", "circles"), ("degrees", 360)),
     **dict.fromkeys(("min", "minute", "minutes"), ("ms", 60_000)),
     **dict.fromkeys(("v", "volt", "volts"), ("V", 1)), "mb": ("MB", 1), "hz": ("Hz", 1), "khz": ("Hz", 1000), "kg": ("g", 1000), "g": ("g", 1),
     # and those that nobody needs here, lest a number in one of them be taken for the right one
@@ -123,7 +123,9 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
     text = re.sub(r"^\s*half[\s-](an?\s)?(?=[a-z])", "0.5 ", text, flags=re.I)
     if CODE.match(text):
         return "this is Python in quotes. Take the quotes away, and Python works it out."
-    plain = text.lower().replace("−", "-").rpartition("=")[2].strip(" .")
+    plain = text.lower().replace("−", "-").rpartition("=")[2].strip().rstrip(" .")
+    plain = re.sub(r"(?<![\d.])\.(?=\d)", "0.", plain)  # .05
+    plain = re.sub(r"(?<=\d)\s+1\s*/\s*s$", " /s", plain)
     if unit == "of 255":
         plain = re.sub(r"(out\s+of|of|/)\s*255$", "", plain).strip()
     if unit == "times":
