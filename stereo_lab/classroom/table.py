@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from stereo_lab.classroom.marks import IN_WORDS, Row
-from stereo_lab.common.files import read_bytes, write_whole
+from stereo_lab.common.files import delimiter_of, read_bytes, write_whole
 from stereo_lab.errors import StereoLabError
 
 FIRST = ("learner", "lesson", "passed", "of", "handed in", "file", "notes")
@@ -28,7 +28,7 @@ def write_table(path: Path, rows: Sequence[Row]) -> None:
     most = max((len(row.marks) for row in rows), default=0)
     heads = [f"{k}{part}" for k in range(1, most + 1) for part in PARTS]
     text = io.StringIO()
-    parted = _parted_by(_read(path)) if path.exists() else ","
+    parted = delimiter_of(_first_line(_read(path))) if path.exists() else ","
     table = csv.writer(text, delimiter=parted, lineterminator="\r\n")
     table.writerow([*FIRST, *heads])
     for row in rows:
@@ -60,7 +60,7 @@ def read_teacher(path: Path) -> Marks:
         return {}
     text = _read(path)
     try:
-        rows = list(csv.reader(io.StringIO(text), delimiter=_parted_by(text)))
+        rows = list(csv.reader(io.StringIO(text), delimiter=delimiter_of(_first_line(text))))
     except csv.Error as error:
         raise StereoLabError(
             f"{path} is no table of plain text ({error}). Save it as CSV, or name another one with --csv."
@@ -99,6 +99,5 @@ def _read(path):
         return content.decode("cp1252", "replace")  # as an older Excel saves it
 
 
-def _parted_by(text):
-    """The sign between the columns."""
-    return max(",;\t", key=text.partition("\n")[0].count)
+def _first_line(text):
+    return text.partition("\n")[0]

@@ -331,16 +331,16 @@ def with_row(path: str | Path, columns: Sequence[str], row: dict[str, str]) -> s
         read_table(path, columns)
         text = read_text(path)
     first = text.splitlines()[0]
-    names = [name.strip().lower() for name in next(csv.reader([first], delimiter=_delimiter(first)))]
+    names = [name.strip().lower() for name in next(csv.reader([first], delimiter=delimiter_of(first)))]
     line = io.StringIO(newline="")
-    csv.writer(line, delimiter=_delimiter(first), lineterminator="\n").writerow([row.get(name, "") for name in names])
+    csv.writer(line, delimiter=delimiter_of(first), lineterminator="\n").writerow([row.get(name, "") for name in names])
     return text + ("" if text.endswith("\n") else "\n") + line.getvalue()
 
 
 def _rows(text):
     """A reader of the lines, whichever sign stands between the columns."""
     first = text.splitlines()[0] if text else ""
-    return csv.DictReader(io.StringIO(text, newline=""), delimiter=_delimiter(first))
+    return csv.DictReader(io.StringIO(text, newline=""), delimiter=delimiter_of(first))
 
 
 def _pointed(text):
@@ -348,7 +348,7 @@ def _pointed(text):
     return text.replace(",", ".").replace("−", "-") if text and NUMBER.fullmatch(text) else text
 
 
-def _delimiter(first_line):
+def delimiter_of(first_line: str) -> str:
     """The sign between the columns of a table: a comma, else what a spreadsheet put there."""
     return max(",;\t", key=first_line.count)
 
