@@ -5,6 +5,7 @@ import re
 import shutil
 
 import nbformat
+import numpy as np
 import pytest
 from nbclient import NotebookClient
 
@@ -223,13 +224,17 @@ def the_bow_with_the_lowest_rms_is_right(text):
 
 
 def outside_the_plane_the_rule_counts(text):
-    """Lesson 03: in the volume a better rule does what better pixels cannot."""
-    lines, circles = numbers_after(text, "volume: lines on circles", "rigid fit on circles")
-    assert (
-        "plane: lines on circles" in text
-        and numbers_after(text[text.index("volume: lines") :], "rigid fit on circles")[0] < 0.3 * lines
+    """Lesson 03: in the volume a better rule does what better pixels cannot; some more balls, and the cone, do the rest."""
+    names = (
+        "two lines, on circles",
+        "rigid fit, the lines' balls",
+        "rigid fit, all balls",
+        "rigid fit, all balls, cones",
     )
-    assert circles < lines
+    rows = (re.search(rf"^{re.escape(name)} +([\d.]+) +([\d.]+)$", text, re.MULTILINE).groups() for name in names)
+    plane, volume = np.array([list(map(float, row)) for row in rows]).T
+    assert volume[1] < 0.5 * volume[0] and volume[2] < 0.3 * volume[0] and (np.diff(volume) < 0).all()
+    assert plane[3] < 0.5 * plane[:3].min()
 
 
 def it_takes_both_changes(text):
