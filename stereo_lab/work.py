@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import time
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,8 @@ from stereo_lab.errors import StereoLabError
 
 KEY = "stereo_lab_hand_in"  # in a notebook's metadata: whose it is and from which seat, as far as that is known
 MARK = ".stereo_lab.json"  # the file that makes a folder a work folder: which copy was made from what
+# The end of a name, without its ending, that keep_beside gave
+KEPT_BESIDE = re.compile(r"_\d{4}-\d\d-\d\d_\d\d-\d\d(_\d+)?$")
 SEAT = "seat"  # the folder of a recording of the learner's own
 PAGES = ("words.md",)  # what goes with the lessons
 

@@ -473,13 +473,18 @@ def test_a_camera_that_does_not_answer_is_not_taken_for_held(monkeypatch):
 @pytest.fixture(scope="module")
 def films(third_rig, tmp_path_factory):
     """Two video files in which somebody holds a board still."""
-    folder, films = tmp_path_factory.mktemp("films"), []
+    return write_films(tmp_path_factory.mktemp("films"), third_rig, 200)
+
+
+def write_films(folder, recording, count):
+    """Two video files of the first pair of boards, so many frames long; gives their names."""
+    films = []
     for side in ("left", "right"):
         films.append(str(folder / f"{side}.avi"))
-        writer = cv2.VideoWriter(films[-1], cv2.VideoWriter_fourcc(*"MJPG"), 15, third_rig.image_size)
+        writer = cv2.VideoWriter(films[-1], cv2.VideoWriter_fourcc(*"MJPG"), 15, recording.image_size)
         assert writer.isOpened()
-        for _ in range(200):
-            writer.write(getattr(third_rig.pairs("calibration")[0], side))
+        for _ in range(count):
+            writer.write(getattr(recording.pairs("calibration")[0], side))
         writer.release()
     return films
 
@@ -543,12 +548,7 @@ def test_places_are_typed_in(films, tmp_path, capsys, monkeypatch):
 
 
 def test_places_end_with_the_film(third_rig, tmp_path, capsys, monkeypatch):
-    films, pair = [], third_rig.pairs("calibration")[0]
-    for side in ("left", "right"):
-        films.append(str(tmp_path / f"{side}.avi"))
-        writer = cv2.VideoWriter(films[-1], cv2.VideoWriter_fourcc(*"MJPG"), 15, third_rig.image_size)
-        writer.write(getattr(pair, side))
-        writer.release()
+    films = write_films(tmp_path, third_rig, 1)
     monkeypatch.setattr("builtins.input", lambda _="": "120 85 1000")
     assert cli.main(["record", str(tmp_path / "mine"), "--left", films[0], "--right", films[1], "--set", "depth"]) == 0
     assert "The film is at its end." in capsys.readouterr().out

@@ -16,7 +16,7 @@ from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises import LESSONS
 from stereo_lab.exercises.seats import reworded
 from stereo_lab.recording.places import course
-from stereo_lab.work import KEY, find
+from stereo_lab.work import KEPT_BESIDE, KEY, find
 
 LARGEST = 60_000_000  # bytes; with all its figures a lesson has a tenth
 MOST_CELLS = 1_000
@@ -24,7 +24,6 @@ LAST_SEAT = 9_999
 LONGEST_WORDS = 5_000  # letters of what a learner wrote between the cells
 WHEN = "%Y-%m-%d %H:%M:%S"
 HANDED_IN = re.compile(r"_\d{4}-\d\d-\d\d_\d\d-\d\d-\d\d$")  # the end of the name of a file of hand-in
-KEPT = re.compile(r"_\d{4}-\d\d-\d\d_\d\d-\d\d(_\d+)?$")  # the end of the name of what `reset` kept: work given up
 # What systems and browsers add to the name of a second file: "02_detection_ada (1)", "02_detection_ada - Kopie", "Copy of …"
 COPY = re.compile(r"^(Copy of|Kopie von|Copie de) |( - (Copy|Kopie|Copie)|-Copy\d+)?( ?\(\d+\))?$")
 MOST_TOGETHER = 8  # learners of one notebook
@@ -167,7 +166,7 @@ def latest(papers: list[Paper]) -> dict[tuple[str, str], list[Paper]]:
             found.setdefault((learner, paper.lesson), []).append(paper)
     for handed_in in found.values():
         handed_in.sort(
-            key=lambda paper: (not KEPT.search(Path(paper.file).stem), paper.handed_in, paper.file), reverse=True
+            key=lambda paper: (not KEPT_BESIDE.search(Path(paper.file).stem), paper.handed_in, paper.file), reverse=True
         )
     return dict(sorted(found.items()))
 

@@ -28,7 +28,7 @@ def write_table(path: Path, rows: Sequence[Row]) -> None:
     most = max((len(row.marks) for row in rows), default=0)
     heads = [f"{k}{part}" for k in range(1, most + 1) for part in PARTS]
     text = io.StringIO()
-    parted = delimiter_of(_first_line(_read(path))) if path.exists() else ","
+    parted = delimiter_of(_read(path)) if path.exists() else ","
     table = csv.writer(text, delimiter=parted, lineterminator="\r\n")
     table.writerow([*FIRST, *heads])
     for row in rows:
@@ -60,7 +60,7 @@ def read_teacher(path: Path) -> Marks:
         return {}
     text = _read(path)
     try:
-        rows = list(csv.reader(io.StringIO(text), delimiter=delimiter_of(_first_line(text))))
+        rows = list(csv.reader(io.StringIO(text), delimiter=delimiter_of(text)))
     except csv.Error as error:
         raise StereoLabError(
             f"{path} is no table of plain text ({error}). Save it as CSV, or name another one with --csv."
@@ -97,7 +97,3 @@ def _read(path):
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
         return content.decode("cp1252", "replace")  # as an older Excel saves it
-
-
-def _first_line(text):
-    return text.partition("\n")[0]

@@ -62,6 +62,13 @@ def run_board(options: argparse.Namespace) -> int:
     return OK
 
 
+def recording_begun(out: str) -> Recording | None:
+    """The recording in a folder that is to be written to; None where none was begun there."""
+    from stereo_lab.recording import open_recording
+
+    return open_recording(out) if (Path(out) / "recording.json").is_file() else None
+
+
 def ball_of_options(options: argparse.Namespace, begun: Recording | None) -> Ball:
     """The ball that the options tell; what they leave out is as in the recording that was begun, or 40 mm and red.
 

@@ -9,7 +9,7 @@ import time
 from dataclasses import asdict
 from pathlib import Path
 
-from stereo_lab.cli.boards import COLUMNS, ROWS, SQUARE_MM, ball_of_options, board_of_option
+from stereo_lab.cli.boards import COLUMNS, ROWS, SQUARE_MM, ball_of_options, board_of_option, recording_begun
 from stereo_lab.cli.options import Add, add_board, add_json, add_recording, decimal, seconds
 from stereo_lab.cli.terminal import OK, WANTING, me, write_json_option
 from stereo_lab.common.files import typed
@@ -91,10 +91,9 @@ def run_cameras(options: argparse.Namespace) -> int:
 def run_record(options: argparse.Namespace) -> int:
     """Record with two cameras until Ctrl-C. The exit code is OK, also where nothing new was taken."""
     from stereo_lab.capture import Folder, Recorder
-    from stereo_lab.recording import open_recording
     from stereo_lab.recording.places import check_name
 
-    begun = open_recording(options.out) if (Path(options.out) / "recording.json").is_file() else None
+    begun = recording_begun(options.out)
     if begun is None:
         check_name(options.out)
     board = _board_to_record(options, begun)
@@ -221,7 +220,9 @@ def run_check(options: argparse.Namespace) -> int:
 
 def _after_check(recording, name):
     """What comes after a clean check: measured balls as long as there are none, then the whole chain."""
-    lacking = [set_name for set_name in ("position", "depth") if not recording.has_samples(set_name)]
+    from stereo_lab.recording.needs import lacks
+
+    lacking = lacks(recording, "position", "depth")
     if not lacking:
         return f"{me()} demo {typed(name)}"
     return (

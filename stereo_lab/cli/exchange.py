@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from stereo_lab.cli.boards import ball_of_options, board_of_option
+from stereo_lab.cli.boards import ball_of_options, board_of_option, recording_begun
 from stereo_lab.cli.options import Add, add_board, add_json, add_recording
 from stereo_lab.cli.terminal import OK, me, write_json_option
 from stereo_lab.common.files import typed
@@ -111,7 +111,6 @@ def _from_films(options, board, ball):
 def _take_over(options):
     """A calibration made elsewhere, into a recording that has no boards, or into a new one."""
     from stereo_lab.capture import import_calibration, recording_of
-    from stereo_lab.recording import open_recording
     from stereo_lab.results import report
 
     given = [f"--{name}" for name in OF_PICTURES if getattr(options, name.replace("-", "_"))]
@@ -120,8 +119,7 @@ def _take_over(options):
             f"Either pictures of boards or --calibration, not both: {', '.join(given)} has no place beside it."
         )
     calibration = import_calibration(options.calibration, options.unit)
-    there = Path(options.out) / "recording.json"
-    ball = ball_of_options(options, open_recording(options.out) if there.is_file() else None)
+    ball = ball_of_options(options, recording_begun(options.out))
     recording = recording_of(calibration, options.out, ball)
     print(*report.calibration_lines(calibration), sep="\n")
     print(f"Next: put measured pairs of the ball into {recording.path}, in position and depth.")

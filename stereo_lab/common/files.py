@@ -339,8 +339,7 @@ def with_row(path: str | Path, columns: Sequence[str], row: dict[str, str]) -> s
 
 def _rows(text):
     """A reader of the lines, whichever sign stands between the columns."""
-    first = text.splitlines()[0] if text else ""
-    return csv.DictReader(io.StringIO(text, newline=""), delimiter=delimiter_of(first))
+    return csv.DictReader(io.StringIO(text, newline=""), delimiter=delimiter_of(text))
 
 
 def _pointed(text):
@@ -348,9 +347,9 @@ def _pointed(text):
     return text.replace(",", ".").replace("−", "-") if text and NUMBER.fullmatch(text) else text
 
 
-def delimiter_of(first_line: str) -> str:
-    """The sign between the columns of a table: a comma, else what a spreadsheet put there."""
-    return max(",;\t", key=first_line.count)
+def delimiter_of(text: str) -> str:
+    """The sign between the columns of a table, by its first line: a comma, else what a spreadsheet put there."""
+    return max(",;\t", key=next(iter(text.splitlines()), "").count)
 
 
 def typed(path: str | Path) -> str:

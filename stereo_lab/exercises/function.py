@@ -123,8 +123,10 @@ class Function:
 
     def _stopped(self, answer, error):
         if isinstance(error, ValueError) and self.domain:
-            stops = (mistake.message for mistake in self.wrong if self._stops_as(mistake.answer, answer))
-            return next(stops, "") or slip_in(answer, self.right, self.inputs, self.solution) or self.domain
+            outputs = [_try(answer, arguments) for arguments in self.inputs]
+            known = (mistake.message for mistake in self.wrong if self._does_as(mistake.answer, outputs, NEAR))
+            told = next(known, "") if any(output is not None for output in outputs) else ""
+            return told or slip_in(answer, self.right, self.inputs, self.solution) or self.domain
         # An error of the call itself has no line of the function behind those of judge and called
         inside = len(list(traceback.walk_tb(error.__traceback__))) > 2
         if isinstance(error, TypeError) and "positional argument" in str(error) and not inside:
@@ -186,15 +188,8 @@ class Function:
         return not of_cases or do_alike(answer, mistake.answer, self.inputs)
 
     def _does_as(self, function, outputs, *room):
-        """Whether another function gives the same for every try."""
+        """Whether another function gives the same for every try; where it stopped, an output is None."""
         return all(self._same(o, _try(function, a), *room) for o, a in zip(outputs, self.inputs, strict=True))
-
-    def _stops_as(self, function, answer):
-        """Whether two functions stop for the same tries and give the same for all others, of which there are some."""
-        pairs = [(_try(function, a), _try(answer, a)) for a in self.inputs]
-        both = [(one, other) for one, other in pairs if one is not None and other is not None]
-        stopped = sum(one is None and other is None for one, other in pairs)
-        return bool(both) and len(both) + stopped == len(pairs) and all(self._same(b, a, NEAR) for a, b in both)
 
     def _given(self, arguments):
         return ", ".join(f"{name} = {say(a)}" for name, a in zip(self.names, arguments, strict=True))
@@ -211,6 +206,8 @@ class Function:
         return f"for {given} it gives {wanted} only nearly. Do not round, and look at the type of what you give back."
 
     def _same(self, value, right, part=None):
+        if value is None or right is None:  # of a function that stopped
+            return value is right
         truth = np.asarray(right).dtype == bool  # where True or False is asked for, they are the right kind
         try:
             value, right = np.asarray(value, float) if truth else as_numbers(value), np.asarray(right, float)

@@ -150,7 +150,6 @@ class _Side:
         self.trouble, self.stopped, self.passed_over = "", False, 0
         self.lock_asked, self.locks = False, {}
         self._capture = self._open()
-        self._film_hz = 0.0 if self._capture is None else _film_hz(number, self._capture, rate_hz)
         if self._capture is None:
             if Path(str(number)).suffix and "://" not in str(number):
                 raise StereoLabError(
@@ -160,6 +159,7 @@ class _Side:
                 f"Camera {number} ({word}) does not open. Is it plugged in, and does no other program use it? "
                 "Cameras are counted from 0; one that is built into the computer is one of them."
             )
+        self._film_hz = _film_hz(number, self._capture, rate_hz)
         self.thread = threading.Thread(target=self._run, name=f"camera {word}", daemon=True)
 
     def _open(self):
