@@ -223,6 +223,7 @@ def test_what_the_command_would_leave_out_is_refused(bench, files, tmp_path, cap
     for more, said in (
         (["--ball-color", "green"], "was begun with a red ball of 40 mm; this is a green one"),
         (["--board", "8x5", "--charuco"], "--board, --charuco has no place beside it"),
+        (["--every", "5"], "--every has no place beside it"),
         (["--side-by-side", "shots/*.png"], "--side-by-side has no place beside it"),
         (["--unit", "m"], "its translation is in mm; --unit says m"),
     ):

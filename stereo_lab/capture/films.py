@@ -28,6 +28,7 @@ MOST_APART_S = 60.0  # films that were started farther apart
 LEAST_SHARED_S = 5.0  # so long both must show the board for their speeds to be compared
 ALIKE = 0.5  # correlation of the speeds from which an offset is believed
 STILL = 0.03  # of the picture's width a second
+OF_FRAMES = 10  # of so many one is taken, that in which the board is stillest
 PAIRED_S = 0.1  # a resting board may be seen so much earlier by one camera
 
 Progress = Callable[[str, int, int], object]
@@ -167,7 +168,7 @@ def _nearest(times, others):
 
 
 def import_films(
-    left: str | Path, right: str | Path, board: Board, out: str | Path, ball: Ball | None = None, every: int = 10,
+    left: str | Path, right: str | Path, board: Board, out: str | Path, ball: Ball | None = None, every: int = OF_FRAMES,
     progress: Progress | None = None,
 ) -> tuple[Recording, float]:  # fmt: skip
     """Make a recording from two films of a board.

@@ -8,8 +8,11 @@ import sys
 import time
 
 from stereo_lab.cli.options import Add, add_json, decimal
-from stereo_lab.cli.terminal import OK, tell_fit, write_json_option
+from stereo_lab.cli.terminal import OK, me, tell_fit, write_json_option
 from stereo_lab.errors import ArmError, StereoLabError, UnreachableTargetError
+
+MOST_WORDS = {"move": 2, "register": 1, "setup": 1}  # after an action; after any other none
+OPTION_OF = {"left": "register", "right": "register", "keep": "register", "seconds": "monitor"}
 
 
 def add_to(add: Add) -> None:
@@ -32,9 +35,9 @@ def add_to(add: Add) -> None:
     arm.add_argument(
         "angles", nargs="*", metavar="WORD", help="for move: shoulder and elbow in degrees; for register: the recording"
     )
-    arm.add_argument("--left", type=int, default=0, metavar="N", help="for register: number of the left camera (0)")
-    arm.add_argument("--right", type=int, default=1, metavar="N", help="for register: number of the right camera (1)")
-    arm.add_argument("--keep", action="store_true", help="for register: write it into the recording")
+    arm.add_argument("--left", type=int, metavar="N", help="for register: number of the left camera (0)")
+    arm.add_argument("--right", type=int, metavar="N", help="for register: number of the right camera (1)")
+    arm.add_argument("--keep", action="store_true", default=None, help="for register: write it into the recording")
     arm.add_argument(
         "--seconds",
         type=decimal,
@@ -49,27 +52,39 @@ def run_arm(options: argparse.Namespace) -> int:
     """List the ports, tell an arm's torque, or do one of ``ARM_ACTIONS`` with an arm. The exit code is OK."""
     from stereo_lab.arm import connect, ports
 
-    if options.url == "torque":
+    action = options.url if options.url in ("list", "torque") else options.action or "status"
+    if options.url in ARM_ACTIONS:
+        raise StereoLabError(f"Name the port before {options.url}, as in: {me()} arm virtual://arm {options.url}")
+    if action not in ("list", "torque", "setup", *ARM_ACTIONS):
+        raise StereoLabError(f"There is no action {action!r}. Choose one of {', '.join(ARM_ACTIONS)}, setup.")
+    _refuse_idle_words(action, options)
+    if action == "torque":
         write_json_option(options.json, _arm_torque(options.action))
         return OK
-    action = options.action or "status"
     if action == "setup":
         return _arm_setup(options)
-    if options.url != "list" and action not in ARM_ACTIONS:
-        raise StereoLabError(f"There is no action {action!r}. Choose one of {', '.join(ARM_ACTIONS)}, setup.")
-    if options.url == "list":
+    if action == "list":
         for name, description in ports():
             print(f"{name:20s} {description}")
         write_json_option(options.json, [{"port": name, "description": text} for name, text in ports()])
         return OK
-    if (action == "move") != bool(options.angles) and action != "register":
-        raise StereoLabError("Expected two angles after move and none otherwise, as in: arm virtual://arm move 30 45")
     options.out = sys.stdout
     quiet = contextlib.redirect_stdout(sys.stderr) if options.json == "-" else contextlib.nullcontext()
     with connect(options.url) as arm, quiet:
         facts = ARM_ACTIONS[action](arm, options)
     write_json_option(options.json, facts)
     return OK
+
+
+def _refuse_idle_words(action, options):
+    """Words and options that an action has no use for: who gives them wants something else."""
+    idle = [options.action] if action == "list" and options.action else []
+    idle += options.angles if action not in MOST_WORDS else options.angles[MOST_WORDS[action] :]
+    idle += [f"--{name}" for name, whose in OPTION_OF.items() if action != whose and getattr(options, name) is not None]
+    if idle:
+        raise StereoLabError(
+            f"arm: {action} has no use for {', '.join(idle)}. `{me()} arm --help` tells what each takes."
+        )
 
 
 def _arm_setup(options):
@@ -211,10 +226,6 @@ def _arm_register(arm, options):
     from stereo_lab.localization import Localizer
     from stereo_lab.recording import open_recording
 
-    if len(options.angles) > 1:
-        raise StereoLabError(
-            "Expected the name of one recording after register, as in: arm virtual://arm register bench"
-        )
     recording = open_recording(options.angles[0] if options.angles else None)
     localizer = Localizer.fit(recording)
     tell_fit(localizer, recording)
@@ -236,7 +247,8 @@ def _cameras(arm, recording, options):
         return contextlib.nullcontext(DrawnCameras(recording, arm.port))
     from stereo_lab.recording.cameras import CameraPair
 
-    return CameraPair(options.left, options.right, recording.image_size)
+    numbers = [usual if told is None else told for told, usual in ((options.left, 0), (options.right, 1))]
+    return CameraPair(*numbers, recording.image_size)
 
 
 def _tell_registration(found, recording, keep):

@@ -11,7 +11,7 @@ from stereo_lab.cli.terminal import OK, me, write_json_option
 from stereo_lab.common.files import typed
 from stereo_lab.errors import StereoLabError
 
-OF_PICTURES = ("left", "right", "side-by-side", "board", "square-mm", "marker-mm", "charuco", "dictionary")
+OF_PICTURES = ("left", "right", "side-by-side", "every", "board", "square-mm", "marker-mm", "charuco", "dictionary")
 
 
 def add_to(add: Add) -> None:
@@ -24,7 +24,7 @@ def add_to(add: Add) -> None:
         "--left", nargs="+", metavar="GLOB", help="pattern of the left pictures, or their folder; or a film"
     )
     bring.add_argument(
-        "--every", type=int, default=10, metavar="N", help="of a film: of N frames the one with the stillest board (10)"
+        "--every", type=int, metavar="N", help="of a film: of N frames the one with the stillest board (10)"
     )
     bring.add_argument("--right", nargs="+", metavar="GLOB")
     bring.add_argument(
@@ -72,10 +72,13 @@ def run_import(options: argparse.Namespace) -> int:
         raise StereoLabError(
             f"Expected {', '.join(lacking)} as well; or --calibration, to take over one made elsewhere."
         )
-    if options.every < 1:
+    if options.every is not None and options.every < 1:
         raise StereoLabError(f"--every: expected a whole number from 1 up, got {options.every}.")
+    films = bool(options.left) and is_video(options.left[0])
+    if options.every is not None and not films:
+        raise StereoLabError("--every is for films; of pictures every one is taken. Leave it out.")
     board, ball = board_of_option(options), ball_of_options(options, None)
-    if options.left and is_video(options.left[0]):
+    if films:
         recording = _from_films(options, board, ball)
     elif options.side_by_side:
         recording = import_side_by_side(options.side_by_side, board, options.out, ball)
@@ -92,7 +95,7 @@ def run_import(options: argparse.Namespace) -> int:
 
 def _from_films(options, board, ball):
     """A recording from two films; how much later one began is said."""
-    from stereo_lab.capture import import_films
+    from stereo_lab.capture.films import OF_FRAMES, import_films
     from stereo_lab.cli.terminal import Progress
     from stereo_lab.recording import is_video
 
@@ -102,7 +105,7 @@ def _from_films(options, board, ball):
     if Path(left).resolve() == Path(right).resolve():
         raise StereoLabError(f"--left and --right both name {left}. Each camera has a film of its own.")
     with Progress() as progress:
-        recording, later = import_films(left, right, board, options.out, ball, options.every, progress)
+        recording, later = import_films(left, right, board, options.out, ball, options.every or OF_FRAMES, progress)
     which = "right" if later > 0 else "left"
     print(f"The {which} film began {abs(later):.2f} s later, by how the board moves.")
     return recording
