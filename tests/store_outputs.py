@@ -29,7 +29,8 @@ def store_outputs(path):
 
 
 if __name__ == "__main__":
-    os.environ.pop("STEREO_LAB_RECORDING", None)
+    for name in ("STEREO_LAB_RECORDING", "MPLBACKEND"):  # another backend shows no figure
+        os.environ.pop(name, None)
     with tempfile.TemporaryDirectory() as home:
         os.environ["STEREO_LAB_HOME"] = home
         for name in sys.argv[1:] or sorted(map(str, NOTEBOOKS.glob("*.ipynb"))):

@@ -1,6 +1,7 @@
 """What every figure draws: its curves, marks, words and bounds, as they are written down."""
 
 import inspect
+import itertools
 
 import matplotlib
 
@@ -166,6 +167,23 @@ def drawn(name):
 @pytest.mark.parametrize("name", CALLS)
 def test_a_figure_draws_what_is_written_down(name):
     assert_as_written(f"plots/{name}", drawn(name))
+
+
+@pytest.mark.parametrize("theta1", [-60.0, 25.0, 90.0, 120.0])
+@pytest.mark.parametrize("theta2", [-80.0, -35.0, 30.0, 70.0])
+def test_no_word_of_an_arm_hides_another_one(theta1, theta2):
+    """Whatever angles are tried out; and an angle below zero is drawn as wide as one above."""
+    turned = np.radians([theta1, theta1 + theta2])
+    points = np.cumsum([(0, 0), *np.column_stack([np.cos(turned), np.sin(turned)]) * [[250], [200]]], axis=0)
+    fig, axes = plots.figure(height=4.8)
+    ax = plots.two_links(points, (theta1, theta2), ("l1 = 250 mm", "l2 = 200 mm"), "A title", axes[0, 0])
+    fig.canvas.draw()
+    boxes = {text.get_text(): text.get_window_extent() for text in ax.texts}
+    assert len(boxes) == 7
+    hidden = [(a, b) for a, b in itertools.combinations(boxes, 2) if boxes[a].overlaps(boxes[b])]
+    assert not hidden
+    assert [arc.theta2 - arc.theta1 for arc in ax.patches] == pytest.approx([abs(theta1), abs(theta2)])
+    plt.close(fig)
 
 
 def contrast_with_white(color):

@@ -16,6 +16,7 @@ from stereo_lab.plots.base import AMBER, BLACK, BLUE, GREEN, ORANGE, VERMILION
 __all__ = ["arms", "cosine_triangle", "one_degree", "reach", "turret", "two_links"]
 
 LABEL = {"boxstyle": "round", "facecolor": "white", "edgecolor": "none", "alpha": 0.9}
+NARROW_DEG = 18  # an angle up to it is labelled beside its lines
 STYLES = ((BLUE, "-"), (VERMILION, "--"), (GREEN, ":"))
 
 
@@ -27,23 +28,47 @@ def _plane(ax, title):
     return ax
 
 
+def _beside(ax, text, point, toward, **style):
+    """A text that begins a little beyond a point, on the side of it where a direction leads."""
+    x, y = _unit(toward)
+    across = "left" if x > 0.4 else "right" if x < -0.4 else "center"
+    along = "bottom" if y > 0.4 else "top" if y < -0.4 else "center"
+    shift = {"xytext": (10 * x, 10 * y), "textcoords": "offset points", "ha": across, "va": along}
+    ax.annotate(text, point, **shift, **style)
+
+
+def _unit(direction):
+    return np.asarray(direction, float) / (np.linalg.norm(direction) or 1.0)
+
+
+def _left_of(direction):
+    return np.array([-direction[1], direction[0]])
+
+
+def _at(turn_deg):
+    """The unit vector that is turned so far counter-clockwise from the x axis."""
+    return np.array([np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))])
+
+
 def _arc(ax, corner, start_deg, turn_deg, radius, label):
-    """An angle at a corner: from where it is counted, and how far it turns counter-clockwise."""
-    size = 2 * radius
-    ax.add_patch(Arc(corner, size, size, theta1=start_deg, theta2=start_deg + turn_deg, linewidth=2, zorder=4))
-    middle = np.radians(start_deg + turn_deg / 2)
-    place = corner + 1.28 * radius * np.array([np.cos(middle), np.sin(middle)])
-    ax.annotate(label, place, weight="bold", va="center", bbox=LABEL, zorder=4)
+    """An angle at a corner: from where it is counted, and how far it turns; counter-clockwise is plus."""
+    size, (low, high) = 2 * radius, sorted((start_deg, start_deg + turn_deg))
+    ax.add_patch(Arc(corner, size, size, theta1=low, theta2=high, linewidth=2, zorder=4))
+    wide = abs(turn_deg) > NARROW_DEG  # else there is no room between its two lines
+    toward = _at(start_deg + turn_deg / 2 if wide else start_deg - np.copysign(NARROW_DEG, turn_deg))
+    _beside(ax, label, corner + radius * toward, toward, weight="bold", bbox=LABEL, zorder=4)
 
 
 def _dotted(ax, start, end):
     ax.plot([start[0], end[0]], [start[1], end[1]], ":", color=BLACK, linewidth=2)
 
 
-def _corners(ax, points):
-    for name, point, shift in zip(("shoulder", "elbow", "hand"), points, ((-8, -20), (6, -20), (10, 4)), strict=True):
-        ax.plot(*point, "o", color=BLACK, markersize=9, zorder=5)
-        ax.annotate(name, point, xytext=shift, textcoords="offset points")
+def _corner(ax, name, point, *beside):
+    """A corner, its name away from what begins there and leads to some other points."""
+    ax.plot(*point, "o", color=BLACK, markersize=9, zorder=5)
+    toward = [_unit(other - point) for other in beside]
+    away = -sum(toward)
+    _beside(ax, name, point, away if np.linalg.norm(away) > 0.2 else -_left_of(toward[-1]))
 
 
 def two_links(
@@ -54,7 +79,7 @@ def two_links(
     Parameters
     ----------
     points : shoulder, elbow, hand, shape (3, 2), mm
-    angles_deg : (θ1, θ2), both above zero
+    angles_deg : (θ1, θ2); where one is below zero, its arc goes clockwise
     lengths : labels of the upper arm and the forearm
     """
     ax = ax or plt.gca()
@@ -63,17 +88,19 @@ def two_links(
     long = np.linalg.norm(elbow - shoulder)
     _dotted(ax, shoulder, shoulder + [0.7 * long, 0])
     _dotted(ax, elbow, elbow + 0.6 * (elbow - shoulder))
-    for color, a, b, label, shift in (
-        (BLUE, shoulder, elbow, lengths[0], (-12, 12)), (VERMILION, elbow, hand, lengths[1], (-12, 0)),
-    ):  # fmt: skip
+    for color, a, b, label, turn in (
+        (BLUE, shoulder, elbow, lengths[0], theta1),
+        (VERMILION, elbow, hand, lengths[1], theta2),
+    ):
         ax.plot([a[0], b[0]], [a[1], b[1]], "-", color=color, linewidth=5, solid_capstyle="round")
-        ax.annotate(
-            label, (a + b) / 2, xytext=shift, textcoords="offset points", color=color, weight="bold", ha="right",
-        )  # fmt: skip
+        beyond_the_arc = np.copysign(1, turn) * _left_of(b - a)
+        _beside(ax, label, 0.35 * a + 0.65 * b, beyond_the_arc, color=color, weight="bold")
     _arc(ax, shoulder, 0, theta1, 0.45 * long, f"θ1 = {theta1:.0f}°")
     _arc(ax, elbow, theta1, theta2, 0.35 * long, f"θ2 = {theta2:.0f}°")
-    _corners(ax, points)
-    ax.margins(0.2)
+    _corner(ax, "shoulder", shoulder, shoulder + [1, 0], elbow)
+    _corner(ax, "elbow", elbow, hand, shoulder)
+    _corner(ax, "hand", hand, elbow)
+    ax.margins(0.3, 0.2)
     return _plane(ax, title)
 
 
@@ -168,15 +195,17 @@ def cosine_triangle(
     ax.plot(closed[:2, 0], closed[:2, 1], "-", color=BLUE, linewidth=4)
     ax.plot(closed[1:3, 0], closed[1:3, 1], "-", color=VERMILION, linewidth=4)
     ax.plot(closed[2:, 0], closed[2:, 1], "--", color=BLACK, linewidth=2)
-    places = (((8, -16), "left"), ((8, -16), "left"), ((-8, 8), "right"))
-    for label, a, b, (shift, align) in zip(lengths, closed[:-1], closed[1:], places, strict=True):
-        ax.annotate(label, (a + b) / 2, xytext=shift, textcoords="offset points", weight="bold", ha=align)
-    _corners(ax, points)
+    theta1, theta2, ahead = angles_deg
+    for label, a, b, along in zip(lengths, closed[:-1], closed[1:], (0.5, 0.7, 0.5), strict=True):  # θ2's arc is at 0.2
+        out = _left_of(a - b) * np.copysign(1, theta2)  # of the triangle
+        _beside(ax, label, a + along * (b - a), out, weight="bold")
+    for k, name in enumerate(("shoulder", "elbow", "hand")):
+        _corner(ax, name, points[k], points[k - 1], points[k - 2])
     _dotted(ax, points[1], points[1] + 0.45 * (points[1] - points[0]))
-    long, (theta1, theta2, ahead) = np.linalg.norm(points[1] - points[0]), angles_deg
+    long = np.linalg.norm(points[1] - points[0])
     _arc(ax, points[1], theta1, theta2, 0.25 * long, "θ2")
     _arc(ax, points[0], theta1, ahead, 0.3 * long, "ahead")
-    ax.margins(0.18)
+    ax.margins(0.3, 0.2)
     return _plane(ax, title)
 
 
