@@ -18,10 +18,8 @@ from stereo_lab.detection.weights import SHIPPED, Weights
 CENTRE, SIZE = 0.5, 0.4  # of the radius: so near to the mark is the ball, to learn from
 HIT_PX, HIT = 3.0, 0.25  # px, or of the radius: so near is right, as in lesson 02
 FOLDS = 5
-RIDGE, RIDGE_ALONE = (
-    10.0,
-    3.0,
-)  # how strongly weights are held to the shipped ones; to zero. Chosen on data/clutter alone
+# How strongly weights are held to the shipped ones; to zero. Chosen on data/clutter alone
+RIDGE, RIDGE_ALONE = 10.0, 3.0
 SURELY, HARDLY, PROPOSED = 0.75, 0.2, (14, 6)  # scores from which a ball is proposed, and up to which none is; so many
 THUMB, ALIKE = (32, 24), 2.0  # px; grey levels: pictures that differ less show the same scene
 

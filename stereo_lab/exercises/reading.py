@@ -15,67 +15,16 @@ IN_WORDS = {name: str(k) for k, name in enumerate(NAMES)} | {name: str(20 + 10 *
     "once": "1", "twice": "2", "double": "2", "doubles": "2", "doubled": "2", "half": "0.5",
 }  # fmt: skip
 # Words that turn round what stands beside them, or leave it open: then only the plain answer counts
-OPEN_WORDS = frozenset(
-    [
-        "not",
-        "no",
-        "nor",
-        "neither",
-        "never",
-        "cannot",
-        "can",
-        "isn",
-        "wasn",
-        "aren",
-        "don",
-        "doesn",
-        "didn",
-        "won",
-        "hardly",
-        "barely",
-        "without",
-        "or",
-        "and",
-        "wrong",
-        "false",
-        "useless",
-        "opposite",
-        "instead",
-        "only",
-        "less",
-        "more",
-        "smaller",
-        "larger",
-        "bigger",
-        "farther",
-        "further",
-        "under",
-        "over",
-        "above",
-        "below",
-        "almost",
-        "half",
-        "filled",
-    ]
-)
-NEGATIONS = frozenset(
-    [
-        "not",
-        "no",
-        "nor",
-        "neither",
-        "never",
-        "isn",
-        "wasn",
-        "aren",
-        "doesn",
-        "didn",
-        "won",
-        "without",
-        "hardly",
-        "barely",
-    ]
-)
+OPEN_WORDS = frozenset((
+    "not", "no", "nor", "neither", "never", "cannot", "can", "isn", "wasn", "aren", "don", "doesn", "didn", "won",
+    "hardly", "barely", "without", "or", "and", "wrong", "false", "useless", "opposite", "instead", "only", "less",
+    "more", "smaller", "larger", "bigger", "farther", "further", "under", "over", "above", "below", "almost",
+    "half", "filled",
+))  # fmt: skip
+NEGATIONS = frozenset((
+    "not", "no", "nor", "neither", "never", "without", "hardly", "barely", "isn", "wasn", "aren", "doesn", "didn",
+    "won",
+))  # fmt: skip
 ALL_BUT = re.compile(r"\b(anything|everything|anywhere|nothing|all) (but|except)\b")
 HANGING = frozenset(["depend", "vary", "vari", "sometim"])
 UNSURE = frozenset(["know", "idea", "guess", "unsure", "sure", "maybe"])

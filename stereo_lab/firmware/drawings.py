@@ -25,10 +25,8 @@ STEEL_MM = 28.0  # how far before and behind the elbow's motor the steel sits th
 HAND_MM = 20.0  # the spot that holds the ball
 SPACERS_MM = (40.0, 30.0)  # where the four spacers of the back board sit, from the shoulder's axle
 SWITCH_MM = (20.0, 10.0)  # a micro switch from its side
-SWITCH_ASIDE_MM, SWITCH_OFF_MM = (
-    5.0,
-    2.0,
-)  # how far it sits before the place where it closes, and beside the way of the peg
+# How far it sits before the place where it closes, and beside the way of the peg
+SWITCH_ASIDE_MM, SWITCH_OFF_MM = 5.0, 2.0
 SWITCH_MOVED_MM = (complex(-2.2, 0), complex(-3, -2.7))  # so that the peg comes across its lever, and not along it
 LEVER_MM, LEVER_DEG = 17.0, 10.0  # its lever, and how that stands off its side
 SHEET_MM = (180.0, 190.0)  # of the template on one sheet, A4 or Letter; no hole is cut

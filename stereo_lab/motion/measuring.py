@@ -11,10 +11,8 @@ from numpy.typing import ArrayLike
 from stereo_lab.errors import StereoLabError
 from stereo_lab.motion.motors import Motor, advance, encoder_count
 
-TAU_S = (
-    0.002,
-    1.0,
-)  # a controller acts every 2 ms, and no gear motor takes a second: pushes that do not tell τ end at one of them
+# A controller acts every 2 ms, and no gear motor takes a second: pushes that do not tell τ end at one of them
+TAU_S = 0.002, 1.0
 
 
 @dataclass(frozen=True, eq=False)
