@@ -36,6 +36,7 @@ class Choice:
     praise, also : as in :class:`Number`
     same : tuple of (words, other words), other ways to say a thing
     beside : tuple of (words, what to say), for answers that are none of the options and that people give
+    not_meant : the same for answers that have the words of an option and mean another thing; these are told first
     """
 
     right: str
@@ -44,6 +45,7 @@ class Choice:
     also: tuple[Any, ...] = ()
     same: tuple[tuple[str, str], ...] = ()
     beside: tuple[tuple[str, str], ...] = ()
+    not_meant: tuple[tuple[str, str], ...] = ()
 
     @property
     def options(self) -> list[str]:
@@ -63,6 +65,8 @@ class Choice:
             return Verdict(NOT_ATTEMPTED)
         told = str.strip(answer).lower()
         answer = without_contractions(str.strip(answer).rstrip(" .!"))
+        if message := told_beside(answer, self.not_meant):
+            return Verdict(NOT_YET, message)
         word = answer.lower()
         meant = self.right if word in self.also else self._meant(answer)
         if meant is None and self._meant(before_reason(answer)) == self.right:

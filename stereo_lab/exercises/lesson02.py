@@ -16,8 +16,8 @@ HUES = np.array([0, 2, 6, 7, 8, 30, 90, 120, 171, 172, 173, 175, 179], np.uint8)
 CENTERS = ((10.0, 10.0, 13.0, 14.0), (100.0, 50.0, 100.25, 50.5), (20.0, 30.0, 26.0, 28.5))
 # Rings that votes towards the bright side do not draw
 OTHER_RINGS = (
-    ".*(outside|beyond|on (the|its) (rim|edge)|round the (rim|edge|ball)|(size of|as (large|big) as) the (ball|circle|rim)"
-    "|(ball|circle)('s)? (own )?size|two|three|many|several|everywhere|all over).*"
+    ".*(outside|beyond|(on|at) (the|its) (rim|edge)|round the (rim|edge|ball)|(size of|as (large|big) as) the (ball|circle|rim)"
+    "|(ball|circle)('s)? (own )?size|two|three|many|several|everywhere|all over|rings? in(side)? (a )?rings?|r ?[+] ?r).*"
 )
 
 
@@ -51,7 +51,10 @@ def _order(pixel):
             of_several="Take one of them: pixel[0], pixel[1] or pixel[2].",
             known={f"pixel[{k}]": n for k, n in enumerate(pixel)} | {"255": 255},
             ask="Take one of the three as it stands there.",
-            beside=(("r|red|(the )?(third|last)( one| number)?", "that is its name. The number that stands there is asked for: pixel[…]."),),
+            beside=(
+                ("r|red|(the )?(third|last)( one| number)?", "that is its name. The number that stands there is asked for: pixel[…]."),
+                (r"(?!.*red).*\b(blue|green)\b.*", "blue stands first, green in the middle. Which number is the red one?"),
+            ),
         ),
         hints=(
             "The three numbers are colours in a certain order.",
@@ -210,8 +213,12 @@ def _peak():
                 "a smaller circle",
             ),
             same=(
+                (
+                    "((of|with) )?half (of )?(the |its |as )?(radius|size|diameter|large|big)( as)?( (of )?the (ball|rim|circle))?",
+                    "",
+                ),
+                ("(circle|ring),? (that is )?smaller than the (ball|rim|outline|circle)", "ring"),
                 ("(circle|ring) of (points|dots)|(points|dots|spots) (on|in|along|round) a (circle|ring)", "ring"),
-                (OTHER_RINGS, "elsewhere"),
                 (
                     "(filled|full|solid) (circle|ring)|((big|bigger|large|larger|small|smaller|full|filled|solid|whole) )*dis[ck]|blob|patch|round area",
                     "disc",
@@ -224,11 +231,17 @@ def _peak():
                 ("((one|a|big|small|smaller|tiny|single) )*(dot|spot|points?|dots|peak)", "point"),
                 ("(straight )?(lines?|stroke)", "line"),
             ),
-            beside=(
+            not_meant=(
                 (
                     OTHER_RINGS,
                     "which ring? Every vote goes inwards, by a radius r that is too small: how far from the centre does it end?",
                 ),
+                (
+                    ".*(square|oval|broken) (ring|circle)",
+                    "the votes come from all round a circle, and every one goes equally far. What do points equally far from one point draw?",
+                ),
+            ),
+            beside=(
                 (
                     ".*(ellips|oval|egg|moon|crescent|half|arc).*",
                     "the ball is nearly round here, and every vote goes equally far. What do points equally far from one point draw?",

@@ -41,29 +41,43 @@ def _twice_as_far():
             same=(
                 ("^(it )?(shrinks?|is shrinking)$", "smaller"),
                 ("(it )?(shrinks by|becomes|gets) .*(pixel|px|mm).*", "shrinks by a fixed number"),
-                (".*half as .* again.*", "more"),
+                (
+                    "(the |its |their )?product( of both)? (stays|is|remains) (the same|constant),? (so|hence|therefore),?",
+                    "",
+                ),
+                (r"[(]?(when|if|while|as)? ?(z|the depth|depth|the distance) (doubles|is doubled)[)]?", ""),
                 ("(it )?halves twice", "quarters"),
                 (
-                    "half as (large|big|much|far|wide)|(is )?inversely proportional|(shrinks?|gets smaller|decreases) (by|to) (half|a factor( of)? (2|two))|halve|(gets |is |becomes |goes )?(to |down to )?(halved|halfs|half)( of it)?|(is )?divide[sd]? by (2|two)|1/2|0.5|50 ?%",
+                    "half as (large|big|much|far|wide)|(is )?inversely proportional|((gets |is |becomes )?(smaller|shorter|less)|shrinks?|decreases|falls|drops) (by|to) (half|a factor( of)? (2|two))|halve|(gets |is |becomes |goes )?(to |down to )?(halved|halfs|half)( of it)?|(is )?(divide[sd]? by|cut in) (2|two)|(only|just) half|[dδ] ?/ ?2|1/2|0.5|50 ?%",
                     "halves",
                 ),
                 ("(a |one )?quarter|four times smaller|1/4|0.25|divided by 4", "quarters"),
                 (
-                    "(gets |is |becomes )?(twice as (small|short|little|narrow)|(two|2) times (smaller|shorter|less|narrower))",
+                    "(gets |is |becomes )?(twice (as (small|short|little|narrow)|less)|(two|2) times (smaller|shorter|less|narrower))",
                     "halves",
                 ),
-                ("twice( as (large|big|much|far))?|two times( larger| bigger)?|2x|times 2", "doubles"),
+                ("doubled?|twice( as (large|big|much|far))?|two times( larger| bigger)?|2x|times 2", "doubles"),
                 ("(stays )?(the )?same|constant|nothing|no change|unchanged|(does not|doesn't) change", "stays"),
             ),
-            beside=(
+            not_meant=(
                 (
-                    "(it )?(.* again|grows|increases|rises|gets (larger|bigger)|becomes (larger|bigger)|larger|bigger).*",
+                    r"((it|the disparity|disparity) )?(.* again|grows|increases|rises|(goes )?up|(gets |becomes |is )?(larger|bigger)|[+]|plus|three halves).*",
                     "far things jump less, not more. What part of it is left at twice the depth?",
                 ),
                 (
                     ".*squar.*",
                     "areas and squares have no place here: it is a length. Twice as far away, how long is it?",
                 ),
+                (
+                    "(by )?half an? (pixel|px|mm|millimetre).*",
+                    "a fixed number taken away would bring it below zero sooner or later: behind the cameras. What part of it is left?",
+                ),
+                (
+                    "(a )?half of (a|one|the) half|(a (little|bit) )?(less|more) than half",
+                    "the two triangles have one shape. At twice the depth, what part of it is left?",
+                ),
+            ),
+            beside=(
                 (
                     ".*(zero|vanish|disappear|nothing).*",
                     "only at no end of distance it is zero. At twice the depth, what part of it is left?",
@@ -185,7 +199,11 @@ def _unknowns():
                 Wrong(4, "four are more than needed: with three unknowns, three equations decide."),
             ),
             "three unknowns, three equations: solved exactly, with nothing left to check it by.",
-            beside=(("(as )?(many|more|all|every).*", "more samples make the fit better. How many does Eq. 4 need at least?"),),
+            beside=(
+                ("((as|one|an equation)( many)? (as|for) (there are )?(each |every )?(unknowns?|parameters?)( numbers?)?( there are)?)", "yes. How many are they: which letters of Eq. 4 are neither Z nor d?"),
+                (r"(at most|up to|no more than|fewer than|less than|not more than) .*", "more are welcome: they make the fit better. How many does Eq. 4 need at least?"),
+                (r"(as )?(many|more|all|every)\D*", "more samples make the fit better. How many does Eq. 4 need at least?"),
+            ),
             small="fewer equations than unknowns leave some of m, n and c open.",
             large="that is more than it needs. Each sample gives one equation: how many numbers of Eq. 4 are unknown?",
         ),

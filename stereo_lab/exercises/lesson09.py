@@ -9,8 +9,17 @@ from stereo_lab.exercises.answers import Choice, Function, Wrong
 from stereo_lab.exercises.question import Question, lesson
 from stereo_lab.recording import Recording
 
-# Another day and nothing else that is new
-DAY_ALONE = r"^(on )?(the |a )?((next|another|other|new|different) (day|morning|week)|tomorrow|later|day later)$"
+# Where and when a film is taken that tells nothing new, or all: another day alone, a room that it has seen, one that it has not
+NEW = "(an? ?)?(other|different|new|unseen|unknown)"
+DAY_ALONE = r"(on )?(the |a )?((next|another|other|new|different) (day|morning|week)|tomorrow|later|day later)"
+SEEN_ROOM = (
+    r"(?!.*\b(not|never)\b).*\b(((same|this|my|our|that|training) )+room|the room (where |in which )?(i|we))\b.*"
+)
+NEW_DAY = f"(on )?(the |{NEW}) days?"
+NEW_ROOM = (
+    f"((twenty|new) )?((frames|pictures|films?|a film) )?((on|in|of|from) )*((the )?{NEW} (rooms?|places?)"
+    "|an? (room|place) ((that )?(it|the detector) )?((has|had) )?(never|not) (yet )?(been )?(seen|saw)( before)?)"
+)
 
 
 def questions(recording: Recording) -> tuple[Question, ...]:
@@ -250,17 +259,18 @@ def _judged_on():
             ),
             "what is to be new there must be new in the test.",
             same=(
-                (r".*the same room", "the room stays"),
-                (DAY_ALONE, "tomorrow"),  # whatever the day: no answer that is meant
-                (r"(on |in )?(frames |pictures )?(of |in |from )?(an? )?(unseen|unknown) (room|place)|(on |in )?(frames |pictures )?(of |in |from )?an? (room|place) ((that )?(it|the detector) (has|had) )?(never|not) (yet )?(been )?seen( before)?|(on )?(frames|pictures) ((that )?it (has|had) )?(never|not) (yet )?seen,? (in|from|of) (another|a different|a new|an unseen) (room|place)", "another day in another room"),
-                (r"(on |in )?((frames|pictures|films?|a film) )?((of|in|from) )?(an? ?|the )?(other|another|different|new) (rooms?|places?)(,? (and |on )*(an? ?)?(other|another|different|new) days?)?", "another day in another room"),
-                ("(the )?twenty|(the )?training frames", "the same twenty"), ("(the )?(frames )?just after( them)?", "the frames just after them"),
-                ("(the )?last (ten )?seconds", "the last ten seconds of the film"),
+                (f"(on )?(frames|pictures) ((that )?it (has|had) )?(never|not) (yet )?seen,? (in|from|of) {NEW} (room|place)", "another day in another room"),
+                (f"{NEW_ROOM}(,? (and )?{NEW_DAY})?|{NEW_DAY},? (and |but )?{NEW_ROOM}", "another day in another room"),
+                ("^(on )?(the )?((same|marked|training) )*(twenty|20|frames)( (same|marked|training))?( frames)?$", "the same twenty"), ("(the )?(frames )?just after( them)?", "the frames just after them"),
+                ("(the )?last ((ten|10) )?seconds( of (the|my) (film|minute))?", "the last ten seconds of the film"), ("every (second|2nd|other) (frame|one)( of (the|my) film)?", "every second frame of the film"),
+            ),
+            not_meant=(
+                (rf"(?=.*\b(day|film|time|morning|week)\b){SEEN_ROOM}", "better than the same film: the light may be another one. But the room stays, and you want to believe the score in another room."),
+                (f"{SEEN_ROOM}|(in )?((the|a) )?room", "the room stays, and you want to believe the score in another one."),
+                (DAY_ALONE, "a day alone changes the light. What changes the things round the ball?"),
             ),
             beside=(
-                (r"((new |other |different )?frames )?(on |in |from |of )?(the|this|my) (same )?room", "the room stays, and you want to believe the score in another one."),
-                (r"(on |in )?(a |an)?(other|different|new|next|the next)? ?(day|time|film),? (but )?(in |and )?the same room", "better than the same film: the light may be another one. But the room stays, and you want to believe the score in another room."),
-                (DAY_ALONE, "a day alone changes the light. What changes the things round the ball?"),
+                (r".*(new|other|different|another|except|all but|rest|remaining).*(frames|film|twenty).*", "new frames, yes. But of which room, and of which day? The rest of the film shows what the twenty show."),
                 (r"all|all of them|every(thing)?|(the )?whole film|(the )?film|all frames( of the film)?|every frame", "the film has the twenty in it, and its other frames show the same room. What is to be new?"),
                 (r"clutter_?test|clutter", "that is a room of the renderer's, with its own ball. For your ball you film again: where, and when?"),
             ),
@@ -342,11 +352,12 @@ def _fooled():
             ),
             "a ball is lighter on one side, and in even light it is not. *dark* goes with it.",
             same=(
-                ("(the )?shad(e|ow|ing|ed side)|schade", "shade"), ("(the )?(light|lighter|bright|brighter|dark|darker)( and dark)? side", "shade"),
-                ("dark|(the )?shade,? ?(and |\\(and )?dark\\)?|dark,? ?(and )?(the )?shade", "shade"), ("(the )?outline|(the )?shape", "lobes"), ("(the )?edge", "rim"),
+                ("(the )?shad(e|ow|ows|ing|ed side)|schade", "shade"), ("(the )?(light|lighter|bright|brighter|dark|darker)( and dark)? side", "shade"),
+                ("(the )?shade,? ?(and |\\(and )?(the )?dark\\)?|(the )?dark,? ?(and )?(the )?shade|dark", "shade"), ("(the )?outline|(the )?shape", "lobes"), ("(the )?edge", "rim"),
             ),
+            not_meant=(("(the )?(colou?r.? shade|shade of (the )?(colou?r|red)).*", "it is as red as before. Which piece of evidence looks at light and dark on the ball?"),),
             beside=(
-                ("(the )?(light|lighting|lamp|brightness|sun)", "that is what changes. Which piece of evidence looks at light and dark on the ball?"),
+                ("(the )?(light|lighting|lamp|brightness|lightness|sun|highlights?|bright spot)", "that is what changes. Which piece of evidence looks at light and dark on the ball?"),
                 ("(the )?(colou?r|redness|red)", "it is as red as before. Which piece of evidence looks at light and dark on the ball?"),
                 ("ends|astray|within|beyond|unsure|(longest )?arc", "its edge and its outline are as before. Which piece of evidence looks at light and dark on the ball?"),
                 ("none|nothing", "it looks as flat as a printed disc, and in the pictures it learned from balls never did. Which piece saw that?"),

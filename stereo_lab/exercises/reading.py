@@ -75,6 +75,9 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
     plain = text.lower().replace("−", "-").rpartition("=")[2].strip().rstrip(" .")
     plain = re.sub(r"(?<![\d.])\.(?=\d)", "0.", plain)  # .05
     plain = re.sub(r"(?<=\d)\s+1\s*/\s*s$", " /s", plain)
+    plain = re.sub(r"(?<=\d)\s+or more$", "", plain)
+    if count == 1:
+        plain = re.sub(r"(?<=\d)\s(?=\d{3}(\D|$))", "", plain)  # 2 047
     if unit == "of 255":
         plain = re.sub(r"(out\s+of|of|/)\s*255$", "", plain).strip()
     if unit == "times":
@@ -84,14 +87,15 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
     if (NO_NUMBERS if count == 1 else NO_NUMBERS - {"and"}) & set(re.findall(r"[a-z]+", plain)):
         return _no_number(plain, count)
     plain = re.sub(r"(?<=\d),(?=\d{3}\.\d)|(?<=\d)\.(?=\d{3},\d)", "", plain)  # 2,047.2 and 2.047,2
-    if count == 1:
-        plain = re.sub(r"(?<=\d)\s(?=\d{3}(\D|$))", "", plain)  # 2 047
     decimal_commas = re.sub(r"(?<=\d),(?=\d)", ".", plain)
     for parts in (plain, decimal_commas) if decimal_commas.count(".") - plain.count(".") <= count else (plain,):
         found = NUMBER.findall(parts)
         if len(found) == count:
             numbers = [float(number) for number in found]
             return _converted(numbers[0], parts, unit) if count == 1 else _in_order(numbers, parts, labels)
+    with_unit = re.findall(rf"({NUMBER.pattern})\s*{unit}\b", plain) if count == 1 and unit.isalpha() else []
+    if len(with_unit) == 1:  # "twice as much, 241 mm"
+        return [float(with_unit[0])]
     return _no_number(plain, count)
 
 
