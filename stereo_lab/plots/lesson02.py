@@ -141,7 +141,7 @@ def reliability(told: np.ndarray, true: np.ndarray, count: np.ndarray, title: st
             above = (0, np.sqrt(area) / 2 + 4)
             ax.annotate(str(n), (x, y), above, textcoords="offset points", ha="center", annotation_clip=False)
     ax.set_xlim(-0.05, 1.05)
-    ax.set_ylim(-0.08, 1.15)
+    ax.set_ylim(-0.16, 1.15)  # a large dot at 0 is not cut off
     ax.set_xlabel("probability told")
     ax.set_ylabel("share of balls")
     ax.set_title(title)

@@ -86,8 +86,9 @@ def space(things: Sequence[Thing], title: str, ax: Any = None, turned_deg: float
     ax.set_box_aspect(span, zoom=0.97)  # each axis to the same scale
     ax.view_init(raised_deg, turned_deg)
     ax.set_title(title)
-    if raised_deg > 80:  # from straight above, y is a point
+    if raised_deg > 80:  # from straight above, y is a point, and the other two axes lie beside their numbers
         ax.set(zticks=[], zlabel="")
+        ax.tick_params(pad=8)
     if any(thing.name for thing in things):
         ax.legend(loc="upper left", bbox_to_anchor=(1.05, 1))
     return ax
