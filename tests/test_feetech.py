@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 import pytest
+import serial
 from servo_twin import Twin, TwinPort
 
 from stereo_lab.arm import connect, line
@@ -265,6 +266,155 @@ class Ticking:
     def __call__(self):
         self.now += 0.001
         return self.now
+
+
+class LosingPort(TwinPort):
+    """Of what several are told at once, the frames with these numbers arrive with one bit flipped."""
+
+    lost, told = (), 0
+
+    def write(self, data):
+        if data[4] == packets.SYNC_WRITE:
+            self.told += 1
+            if self.told in self.lost:
+                data = data[:-1] + bytes([data[-1] ^ 4])
+        return super().write(data)
+
+
+class Stand:
+    """Two twins and their controller, without threads: time passes where it is told to."""
+
+    def __init__(self, *said):
+        self.clock = Ticking()
+        self.port = LosingPort([Twin(1), Twin(2)], self.clock)
+        self.controller = servos.ServoController(Bus(self.port, self.clock), (1, 2), self.clock)
+        self.twins = list(self.port.twins.values())
+        self.say(*said)
+
+    def say(self, *lines, lost=()):
+        """Lines of the host, from now on with these of the frames lost."""
+        self.port.told, self.port.lost = 0, lost
+        for text in lines:
+            self.controller.line.feed(text.encode() + b"\n")
+
+    def live(self, seconds):
+        until = self.clock.now + seconds
+        while self.clock.now < until:
+            self.clock.now += 0.02
+            self.controller.is_heard()
+            self.controller.look()
+
+    @property
+    def degrees(self):
+        return [(twin.position - servos.MIDDLE) * servos.STEP_DEG for twin in self.twins]
+
+    @property
+    def torque(self):
+        return [twin.table[servos.TORQUE] for twin in self.twins]
+
+
+@pytest.mark.parametrize("lost", [(1,), (2,), (1, 2), (1, 3)])
+@pytest.mark.parametrize(("said", "torque"), [("!", [1, 1]), ("ST", [1, 1]), ("EN 1", [1, 1]), ("EN 0", [0, 0])])
+def test_a_lost_frame_keeps_nobody_from_stopping(said, torque, lost):
+    stand = Stand("EN 1", "MA 90 -60")
+    stand.live(0.3)
+    before = stand.degrees
+    stand.say(said, lost=lost)
+    stand.live(2)
+    assert stand.degrees == pytest.approx(before, abs=5) and stand.torque == torque
+
+
+@pytest.mark.parametrize("lost", [(), (1,), (2,), (1, 2)])
+def test_switched_on_an_arm_stays_where_a_hand_has_put_it(lost):
+    stand = Stand("EN 1", "MA 90 -60")
+    stand.live(2)
+    stand.say("EN 0")
+    for twin in stand.twins:
+        twin.position = servos.MIDDLE
+    stand.say("EN 1", lost=lost)
+    stand.live(2)
+    assert stand.degrees == pytest.approx([0, 0], abs=0.2) and stand.torque == [1, 1]
+
+
+@pytest.mark.parametrize("said", ["EN 1", "EN 0", "!", "ST"])
+def test_what_arrives_at_no_try_is_told(said):
+    stand = Stand("EN 1", "MA 90 -60")
+    stand.live(0.3)
+    with pytest.raises(serial.SerialException, match="servo 1 does not do what it is told"):
+        stand.say(said, lost=(1, 2, 3))
+    stand.controller.let_go()
+    assert stand.torque == [0, 0]
+
+
+def test_no_torque_comes_on_before_the_goal_is_where_the_joint_stands():
+    stand = Stand("EN 1", "MA 90 -60")
+    stand.live(2)
+    stand.say("EN 0")
+    stand.twins[0].position = servos.MIDDLE
+    with pytest.raises(serial.SerialException):
+        stand.say("EN 1", lost=(1, 2, 3))
+    assert stand.torque == [0, 0] and stand.degrees[0] == 0
+
+
+@pytest.mark.parametrize("command", ["EN 1", "EN 0", "ST", "!"])
+def test_a_servo_that_does_not_obey_is_told_and_the_other_one_let_go(wire, command):
+    with connect("feetech://wire") as arm:
+        arm.enable()
+        arm.command("MA 170 -150 20")
+        wire.twins[1].write = lambda address, data: None  # it answers all the same
+        with pytest.raises(ArmError, match="servo 1 does not do what it is told.*is switched off.*goes on to its goal"):
+            arm.stop() if command == "!" else arm.command(command)
+        assert wire.twins[2].table[servos.TORQUE] == 0
+
+
+def test_one_that_is_silent_does_not_keep_the_other_one_on():
+    stand = Stand("EN 1")
+    del stand.port.twins[1]
+    with pytest.raises(serial.SerialException, match="servo 1"):
+        stand.say("EN 0", lost=(1,))
+    assert stand.torque == [1, 0]
+
+
+def test_a_joint_that_moves_without_a_goal_is_stopped_again():
+    stand = Stand("EN 1")
+    stand.live(0.1)
+    stand.twins[1].put(42, word(3000))
+    stand.twins[1].put(46, word(500))
+    stand.say("MV 1 30")
+    stand.live(2)
+    assert 0 < stand.degrees[1] < 5  # and the other one goes on
+    assert stand.degrees[0] == pytest.approx(30, abs=0.2) and stand.controller.status().state == "idle"
+
+
+def test_an_echo_that_comes_late_is_no_answer():
+    class Late(TwinPort):
+        late = b""
+
+        def write(self, data):
+            late, self.late = self.late, b""
+            super().write(data)
+            self.arrived[:0] = late
+            if data[4] == packets.SYNC_WRITE:
+                self.late = bytes(self.arrived)
+                self.arrived.clear()
+
+    clock = Ticking()
+    controller = servos.ServoController(Bus(late := Late([Twin(1), Twin(2)], clock, echo=True), clock), (1, 2), clock)
+    controller.line.feed(b"EN 1\nMA 90 -60\n!")
+    assert [number(twin.table[42:44]) for twin in late.twins.values()] == pytest.approx([servos.MIDDLE] * 2, abs=50)
+    assert controller.status().state == "stop"
+
+
+def test_a_load_that_moves_a_held_joint_does_not_move_its_goal():
+    stand = Stand("EN 1")
+    stand.live(0.1)
+    stand.port.said.clear()
+    stand.twins[0].put(46, word(200))
+    for _ in range(10):
+        stand.twins[0].position -= 15  # sags, and its servo lifts it again, slowly
+        stand.live(0.02)
+    assert stand.controller.joints[0].moving and all(data[4] == packets.READ for data in stand.port.said)
+    assert number(stand.twins[0].table[42:44]) == servos.MIDDLE
 
 
 def test_setup_writes_only_when_it_may():

@@ -67,6 +67,11 @@ class Bus:
             raise serial.SerialException(f"servo {id} does not answer: is its supply on, and its plug in?")
         return answer
 
+    def holds(self, id: int, address: int, data: bytes) -> bool:
+        """Whether these bytes stand in a servo's table; asked once, and one that does not answer does not hold them."""
+        answer = self._ask(id, packets.read_frame(id, address, len(data)), len(data), tries=1)
+        return answer is not None and answer.data == data
+
     def tell(self, address: int, data: Mapping[int, bytes]) -> None:
         """Write into several servos at once; none answers."""
         self._send(packets.sync_write_frame(address, data))

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import serial
+
 from stereo_lab.arm import protocol as wire
 from stereo_lab.arm.feetech import packets
-from stereo_lab.arm.feetech.bus import Bus
+from stereo_lab.arm.feetech.bus import TRIES, Bus
 from stereo_lab.arm.virtual.interpreter import Interpreter
 from stereo_lab.motion import trapezoid_s
 
@@ -18,6 +20,7 @@ STEP_DEG = 360 / 4096
 MIDDLE = 2048  # steps at 0 degrees
 LIMITS, TORQUE, RUN, TORQUE_LIMIT, PRESENT = 9, 40, 41, 48, 56  # addresses in a servo's table
 PRESENT_BYTES = 11  # position, speed, load, voltage, temperature, two flags, moving
+PLACE_BYTES, GOAL_BYTES = 4, 3  # as much of PRESENT and RUN; not 2, as in a question: its late echo would be an answer
 ACCELERATION_STEP = 100 * STEP_DEG  # degrees per second, every second
 ARRIVED_DEG = 1.0  # as much as the play of its gears
 STUCK_S = 0.3  # so long without motion, and not there, is a stall
@@ -33,6 +36,7 @@ class ServoJoint:
     parameters : dict, as PROTOCOL.md names them; the servo knows the rest
     position_deg, speed_deg_s, load, volts, celsius : float; load is a share of the largest
     goal_deg : float or None, where it goes, while it goes
+    sent : int, the goal that its servo was told last, in steps
     """
 
     def __init__(self, id: int, limits_deg: tuple[float, float], volts: float) -> None:
@@ -44,7 +48,7 @@ class ServoJoint:
         self.position_deg = self.speed_deg_s = self.load = self.volts = self.celsius = 0.0
         self.error, self.moving = 0, False
         self.goal_deg: float | None = None
-        self.still_s = 0.0
+        self.sent, self.still_s = MIDDLE, 0.0
 
     @property
     def busy(self) -> bool:
@@ -117,7 +121,7 @@ class ServoController:
     def enable(self, on: bool) -> None:
         """Switch the motors on, where they stand, or off, and then nothing holds them."""
         if on:
-            self._stay()
+            self._stay(self.joints)
             self.enabled, self.stopped, self.fault = True, False, "-"
         else:
             self.let_go()
@@ -126,7 +130,7 @@ class ServoController:
     def halt(self, latch: bool = False, fault: str | None = None, hold: bool = False) -> None:
         """Stop both joints: they are held where they are."""
         if self.enabled:
-            self._stay()
+            self._stay(self.joints)
         self.stopped = self.stopped or latch
         self.fault = fault or self.fault
 
@@ -143,7 +147,7 @@ class ServoController:
         for (joint, goal), time in zip(moving, times, strict=True):
             share = pace * (1.0 if time == 0 else time / max(times))
             told[joint.id] = run_bytes(goal, joint.parameters["cruise"] * share, joint.parameters["acc"] * share**2)
-            joint.goal_deg, joint.still_s = goal, 0.0
+            joint.goal_deg, joint.sent, joint.still_s = goal, packets.number(told[joint.id][1:3]), 0.0
         self.bus.tell(RUN, told)
         self.fault = "-"
 
@@ -212,28 +216,62 @@ class ServoController:
                 joint.goal_deg = None
                 self.line.say(wire.encode_event(wire.Event("done", j + 1, joint.position_deg)))
             elif joint.still_s > STUCK_S:
-                self._stay()
+                self._stay(self.joints)
                 self._stalls(j)
+        elif joint.moving and not joint.busy and not self._has_its_goal(joint):
+            self._stay([joint])  # but not where a load moves it: with every new goal it would sink a little farther
 
     def _stalls(self, j):
         self.fault = f"s{j + 1}"
         self.line.say(wire.encode_event(wire.Event("stall", j + 1, self.joints[j].position_deg)))
 
-    def _stay(self):
-        """Hold both where they are now."""
-        told = {}
-        for joint in self.joints:
-            here = self.bus.read(joint.id, PRESENT, 2).data
-            told[joint.id] = b"\xfe" + here + bytes(4)
+    def _stay(self, joints):
+        """Hold joints where they are now. Torque comes last: without its new goal a servo would drive to an old one."""
+        for joint in joints:
             joint.goal_deg = None
-        self.bus.tell(RUN, told)
-        self.bus.tell(TORQUE, {joint.id: b"\1" for joint in self.joints})
+        self._insist(joints, self._send_here, self._has_its_goal)
+        self._switch(joints, b"\1")
+
+    def _send_here(self, joints):
+        for joint in joints:
+            joint.sent = packets.number(self.bus.read(joint.id, PRESENT, PLACE_BYTES).data)
+        self.bus.tell(RUN, {joint.id: b"\xfe" + packets.word(joint.sent) + bytes(4) for joint in joints})
+
+    def _has_its_goal(self, joint):
+        """Whether its servo goes where it was sent; one that stands just beyond its range may take the end of that."""
+        goal = packets.number(self.bus.read(joint.id, RUN, GOAL_BYTES).data[1:])
+        return abs(goal - joint.sent) * STEP_DEG <= ARRIVED_DEG
 
     def let_go(self) -> None:
-        """Switch both motors off, whether they answer or not."""
+        """Switch both motors off, whether they answer or not.
+
+        Raises
+        ------
+        serial.SerialException
+            If one of them may still be on.
+        """
         for joint in self.joints:
             joint.goal_deg = None
-        self.bus.tell(TORQUE, {joint.id: b"\0" for joint in self.joints})
+        self._switch(self.joints, b"\0")
+
+    def _switch(self, joints, torque):
+        self._insist(
+            joints,
+            lambda left: self.bus.tell(TORQUE, {joint.id: torque for joint in left}),
+            lambda joint: self.bus.holds(joint.id, TORQUE, torque),
+        )
+
+    def _insist(self, joints, tell, heeds):
+        """Tell joints until all heed it: nobody answers what several are told at once, and noise may have eaten it."""
+        left = list(joints)
+        for _ in range(TRIES):
+            tell(left)
+            left = [joint for joint in left if not heeds(joint)]
+            if not left:
+                return
+        raise serial.SerialException(
+            f"servo {left[0].id} does not do what it is told: is its plug loose, or its wire noisy?"
+        )
 
 
 def run_bytes(goal_deg: float, cruise_deg_s: float, acceleration_deg_s2: float) -> bytes:
