@@ -313,6 +313,14 @@ class Stand:
         return [twin.table[servos.TORQUE] for twin in self.twins]
 
 
+def test_a_joint_on_a_move_keeps_its_whole_acceleration():
+    stand = Stand("EN 1", "MA 90 0")
+    stand.live(0.4)
+    stand.say(f"MA {stand.degrees[0] + 2:.3f} 90 50")  # joint 1 has next to nothing left to do, and has to brake for it
+    whole, quarter = (servos.run_bytes(0, 1, acceleration)[0] for acceleration in (300, 300 / 2**2))
+    assert [twin.table[servos.RUN] for twin in stand.twins] == [whole, quarter]  # joint 2 sets off from rest
+
+
 @pytest.mark.parametrize("lost", [(1,), (2,), (1, 2), (1, 3)])
 @pytest.mark.parametrize(("said", "torque"), [("!", [1, 1]), ("ST", [1, 1]), ("EN 1", [1, 1]), ("EN 0", [0, 0])])
 def test_a_lost_frame_keeps_nobody_from_stopping(said, torque, lost):

@@ -146,7 +146,10 @@ class ServoController:
         told = {}
         for (joint, goal), time in zip(moving, times, strict=True):
             share = pace * (1.0 if time == 0 else time / max(times))
-            told[joint.id] = run_bytes(goal, joint.parameters["cruise"] * share, joint.parameters["acc"] * share**2)
+            cruise, acceleration = joint.parameters["cruise"] * share, joint.parameters["acc"]
+            if not joint.busy:
+                acceleration *= share**2  # a joint that moves already needs all of it, to brake in time
+            told[joint.id] = run_bytes(goal, cruise, acceleration)
             joint.goal_deg, joint.sent, joint.still_s = goal, packets.number(told[joint.id][1:3]), 0.0
         self.bus.tell(RUN, told)
         self.fault = "-"
