@@ -22,6 +22,8 @@ from stereo_lab.arm.feetech.packets import (
     write_frame,
 )
 from stereo_lab.arm.feetech.setup import find, set_up
+from stereo_lab.arm.protocol import decode_answer
+from stereo_lab.arm.virtual.interpreter import TX_BYTES
 from stereo_lab.cli import main
 from stereo_lab.errors import ArmError, UnreachableTargetError
 from stereo_lab.kinematics import JointAngles
@@ -423,6 +425,27 @@ def test_a_load_that_moves_a_held_joint_does_not_move_its_goal():
         stand.live(0.02)
     assert stand.controller.joints[0].moving and all(data[4] == packets.READ for data in stand.port.said)
     assert number(stand.twins[0].table[42:44]) == servos.MIDDLE
+
+
+def test_reports_that_nobody_reads_are_left_out_and_counted():
+    stand = Stand("RP 20")
+    stand.live(60)
+    tx = stand.controller.line.tx
+    assert len(tx) < TX_BYTES and (dropped := stand.controller.dropped) > 1000
+    tx.clear()
+    stand.live(0.05)
+    assert decode_answer(tx.split(b"\r\n")[0].decode()).dropped == dropped
+
+
+def test_a_question_that_waits_for_room_is_answered_when_there_is_some():
+    stand = Stand("ID", "ID", "??")
+    tx = stand.controller.line.tx
+    assert b"<" not in tx
+    stand.live(0.1)
+    assert b"<" not in tx
+    tx.clear()
+    stand.live(0.1)
+    assert tx.count(b"<") == 1  # one for both
 
 
 def test_setup_writes_only_when_it_may():

@@ -192,7 +192,7 @@ class ServoController:
     # What happens by itself
 
     def look(self) -> None:
-        """Ask both servos how they are, and act on it: arrived, stuck, overloaded, too hot; the watchdog; reports."""
+        """Ask both servos how they are, and act on it: arrived, stuck, overloaded, too hot; watchdog; ``?``; reports."""
         now = self.clock()
         seconds, self.looked_s = now - self.looked_s, now
         for j, joint in enumerate(self.joints):
@@ -205,9 +205,16 @@ class ServoController:
             self.enable(False)
             self.fault = "w"
             self.line.say("!watchdog")
+        self.line.answer_questions()
         if self.report_ms and (now - self.reported_s) * 1000 >= self.report_ms:
-            self.reported_s = now
+            self._periodic_report(now)
+
+    def _periodic_report(self, now):
+        self.reported_s = now
+        if self.line.has_room:
             self.line.say(wire.encode_status(self.status()))
+        else:
+            self.dropped += 1
 
     def _judge(self, j, joint):
         if joint.error & 0x2C or joint.celsius > HOT_C:  # too hot, too much current, overloaded for seconds
