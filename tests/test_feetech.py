@@ -15,7 +15,6 @@ from stereo_lab.arm.feetech.packets import (
     frame,
     number,
     read_frame,
-    sync_read_frame,
     sync_write_frame,
     take_answer,
     word,
@@ -42,7 +41,6 @@ from stereo_lab.kinematics import JointAngles
     (sync_write_frame(40, dict.fromkeys(range(1, 7), b"\0")), "FF FF FE 10 83 28 01 01 00 02 00 03 00 04 00 05 00 06 00 30"),
     (sync_write_frame(41, {k: b"\x32" + word(p) + word(0) + word(1000) for k, p in ((1, 2048), (2, 1000))}),
      "FF FF FE 14 83 29 07 01 32 00 08 00 00 E8 03 02 32 E8 03 00 00 E8 03 0A"),
-    (sync_read_frame((1, 2), 56, 8), "FF FF FE 06 82 38 08 01 02 36"), (sync_read_frame(range(1, 7), 56, 2), "FF FF FE 0A 82 38 02 01 02 03 04 05 06 26"),
 ])  # fmt: skip
 def test_frames_are_those_of_the_manual_and_of_the_public_packages(made, bytes_):
     assert made == bytes.fromhex(bytes_)

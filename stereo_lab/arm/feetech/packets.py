@@ -9,10 +9,10 @@ Source: Feetech's protocol manual (ft-scs, "STS/SMS series").
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-PING, READ, WRITE, SYNC_READ, SYNC_WRITE = 0x01, 0x02, 0x03, 0x82, 0x83
+PING, READ, WRITE, SYNC_WRITE = 0x01, 0x02, 0x03, 0x83
 EVERYBODY = 0xFE  # an id that all of them obey and none answers to
 LARGEST_ID = 0xFD
 HEADER = b"\xff\xff"
@@ -64,11 +64,6 @@ def read_frame(id: int, address: int, count: int) -> bytes:
 def write_frame(id: int, address: int, data: bytes) -> bytes:
     """Write some bytes into the table of one servo, or of all."""
     return frame(id, WRITE, bytes([address]) + data)
-
-
-def sync_read_frame(ids: Sequence[int], address: int, count: int) -> bytes:
-    """Ask several servos at once; each answers with a frame of its own, in this order."""
-    return frame(EVERYBODY, SYNC_READ, bytes([address, count, *ids]))
 
 
 def sync_write_frame(address: int, data: Mapping[int, bytes]) -> bytes:
