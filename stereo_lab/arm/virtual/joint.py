@@ -16,6 +16,7 @@ STUCK_TICKS = 50  # along a profile: so long, with so much more than starts it, 
 STALL_V = 1.5
 CREEPS_DEG_S = 10.0
 HELD_TICKS = 125  # pushed: the same for so long
+ROLLS = 3.0  # by the rule: braked, a motor rolls on by τ·speed; with an arm that it carries by up to three times that
 CLOSED_TICKS = 3  # a home switch that is closed for less is a glitch on its wire
 DEFAULTS = {
     "lo": -165.0, "hi": 165.0, "home": -170.0, "cruise": 180.0, "acc": 500.0, "k": 75.0, "tau": 60.0, "db+": 0.4,
@@ -157,10 +158,18 @@ class Joint:
         if self.mode == HOLD:
             self.mode = IDLE  # held anew, where it stands
 
+    @property
+    def rolls_beyond(self) -> bool:
+        """Whether it is so fast, and so near the limit ahead, that it must be braked now not to roll beyond it."""
+        way, p = self.rule.way, self.parameters
+        room = p["hi"] - self.position_deg if way > 0 else self.position_deg - p["lo"]
+        return room < ROLLS * p["tau"] / 1000 * self.speed_deg_s * way
+
     def follow(self) -> float:
         """The voltage that its rule asks for."""
         if not isinstance(self.rule, Profile):
-            return self.rule.volts(self.position_deg)
+            volts = self.rule.volts(self.position_deg)
+            return 0.0 if self.rolls_beyond else volts
         volts = self.rule.volts(self.position_deg, self.weight_v)
         self.load_v = self.rule.load_v
         return volts

@@ -27,6 +27,7 @@ const float LAG_DEG = 10, KICK_V = 0.02, KEPT = 0.5, MOST_LOAD_V = 2;
 const float RUNAWAY_DEG = 0.6, WRONG_COUNTS = 2.5;
 const float FOLLOW_DEG = 20, STALL_V = 1.5, CREEPS_DEG_S = 10;
 const uint16_t STALL_TICKS = 250, STUCK_TICKS = 50, HELD_TICKS = 125, COAST_TICKS = 250;
+const float ROLLS = 3;  // by the rule: braked, a motor rolls on by tau times its speed; with an arm 3 times as far
 const uint8_t CLOSED_TICKS = 3, BRAKE_TICKS = 125;
 const float SEEK_DEG = 400, SEEK_DEG_S = 60, BACK_DEG = 8, CREEP_DEG_S = 10, HOME_ACC = 1000;
 const uint8_t BACK_TRIES = 6;
@@ -391,10 +392,15 @@ float profile_volts(Joint &joint, bool *done) {
   return friction + joint.plan_speed * joint.per_k + joint.speeding_up * joint.tau_per_k + feedback;
 }
 
+bool rolls_beyond(const Joint &joint) {  // its limit, if it is not braked now
+  float room = joint.way > 0 ? joint.hi - joint.position : joint.position - joint.lo;
+  return room < ROLLS * joint.tau * 0.001f * joint.speed * joint.way;
+}
+
 float rule_volts(Joint &joint, bool *done) {
   float left = (joint.goal - joint.position) * joint.way;
   *done = left <= 0 && joint.rests >= REST_TICKS;
-  if (left <= 0) return 0;
+  if (left <= 0 || rolls_beyond(joint)) return 0;
   return joint.way * (left > joint.zone ? joint.fast_v : joint.slow_v);
 }
 
