@@ -102,3 +102,21 @@ def test_by_the_rule_a_goal_far_from_the_limits_is_passed_as_ever(start):
     arm = start()
     arm.do(3, "MODE rule", "MV 1 60")
     assert "!done 1" in arm.said and 63 < max(arm.places) < 70
+
+
+@pytest.mark.parametrize("cruise", [20, 60, 180, 360])
+def test_by_the_rule_an_encoder_with_one_wire_off_is_a_stall_after_a_few_degrees(start, cruise):
+    arm = start(0, ("cut", 1))
+    arm.do(4, "MODE rule", f"SET 1 cruise {cruise}", "MV 1 160")
+    assert "!stall 1" in arm.said
+    assert max(arm.places) < 15  # and that is where it has come to rest
+
+
+@pytest.mark.parametrize(
+    ("load_g", "goal", "percent"),
+    [(0, 60, 100), (0, 90, 12), (0, -90, 12), (None, 90, 25), (60, -2, 100), (100, -40, 30)],
+)
+def test_by_the_rule_an_honest_move_is_no_stall(start, load_g, goal, percent):
+    arm = start(load_g)
+    arm.do(9, "MODE rule", f"MV 1 {goal} {percent}")
+    assert "!done 1" in arm.said and "!stall" not in arm.said

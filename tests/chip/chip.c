@@ -33,7 +33,7 @@ typedef struct {
     double kappa, gear_loss, most_v;                                        /* N·m a volt; R times the most current */
     double speed, position, link, acceleration;                             /* degrees; the last in rad/s² */
     long edge;
-    int reversed, held;
+    int reversed, held, cut; /* cut: the second wire of its encoder is off */
 } motor_t;
 
 typedef struct {
@@ -117,7 +117,7 @@ static void show(chip_t *chip, int j) {
         m->edge += edge > m->edge ? 1 : -1;
         uint8_t lines = encoder_lines(m);
         avr_raise_irq(chip->encoder[2 * j], lines & 1);
-        avr_raise_irq(chip->encoder[2 * j + 1], lines >> 1);
+        if (!m->cut) avr_raise_irq(chip->encoder[2 * j + 1], lines >> 1);
     }
     double beyond = m->home - m->link; /* the cam holds the switch closed, once in a turn; then it pulls its line down */
     avr_raise_irq(chip->home[j], beyond - 360 * floor(beyond / 360) > m->cam);
@@ -247,6 +247,7 @@ double chip_position(chip_t *chip, int j) { return chip->motors[j].position; }
 void chip_fault(chip_t *chip, const char *name, int j) {
     if (!strcmp(name, "reverse")) chip->motors[j].reversed = 1;
     if (!strcmp(name, "hold")) chip->motors[j].held = 1;
+    if (!strcmp(name, "cut")) chip->motors[j].cut = 1;
 }
 
 #ifdef SERVE

@@ -17,6 +17,9 @@ STALL_V = 1.5
 CREEPS_DEG_S = 10.0
 HELD_TICKS = 125  # pushed: the same for so long
 ROLLS = 3.0  # by the rule: braked, a motor rolls on by τ·speed; with an arm that it carries by up to three times that
+NET_COUNTS = 1.5  # by the rule: a lone line of an encoder goes to and fro by one count; what turns goes farther
+OWED_DEG, OWED_COUNTS = 5.0, 8.0  # so far should its voltage have turned it, and it has not: a stall
+OWED_TICKS = 20  # but not before so long: a motor needs its time to start
 CLOSED_TICKS = 3  # a home switch that is closed for less is a glitch on its wire
 DEFAULTS = {
     "lo": -165.0, "hi": 165.0, "home": -170.0, "cruise": 180.0, "acc": 500.0, "k": 75.0, "tau": 60.0, "db+": 0.4,
@@ -53,6 +56,7 @@ class Joint:
         self.still_ticks = REST_TICKS  # whatever it did before, nothing moves it now
         self.push_ticks, self.closed_ticks, self.tries, self.push_v = 0, 0, 0, 0.0
         self.strained_ticks = self.idle_ticks = 0
+        self.mark_deg = self.owed_deg = 0.0  # by the rule: where it last was for sure, and what it owes since
         self.retune()
 
     def retune(self) -> None:
@@ -98,6 +102,7 @@ class Joint:
             if self.still_ticks < REST_TICKS:
                 self.obeyed_deg = math.inf  # what carries it on may be a load
             self.still_ticks = self.strained_ticks = 0
+            self.mark_deg, self.owed_deg = self.position_deg, 0.0
         self.mode = mode
 
     @property
@@ -178,13 +183,25 @@ class Joint:
         """Whether it does not turn as it should under this voltage: much more than holds its weight, and no motion."""
         if not isinstance(self.rule, Profile):
             backwards = (self.rule.start_deg - self.position_deg) * self.rule.way
-            return backwards > FOLLOW_DEG or (self.still_ticks > STALL_TICKS and volts != 0)
+            no_edge = self.still_ticks > STALL_TICKS and volts != 0
+            return self._owes_much() or no_edge or backwards > FOLLOW_DEG
         push_v = volts - self.weight_v
         turns = self.speed_deg_s * push_v > CREEPS_DEG_S * abs(push_v)
         beside = abs(self.rule.planned_deg - self.position_deg)
         strained = abs(push_v) > self.stall_v or (self.overloaded and beside > self.tuning.arrived_deg)
         self.strained_ticks = self.strained_ticks + 1 if strained and not turns else 0
         return beside > FOLLOW_DEG or self.strained_ticks > STUCK_TICKS
+
+    def _owes_much(self):
+        """Whether the voltage of a move by the rule should have turned it by far more than its edges tell."""
+        if abs(self.position_deg - self.mark_deg) > NET_COUNTS * self.degree:
+            self.mark_deg, self.owed_deg, self.strained_ticks = self.position_deg, 0.0, 0
+        way, tuning = self.rule.way, self.tuning
+        free_v = way * (self.volts - self.weight_v) - tuning.dead_band_v[int(way < 0)]
+        self.owed_deg = max(self.owed_deg + tuning.speed_per_volt * free_v * TICK_S, 0.0)
+        self.strained_ticks += 1
+        much = self.owed_deg > OWED_DEG + OWED_COUNTS * self.degree and self.strained_ticks > OWED_TICKS
+        return much and self.still_ticks == 0  # without an edge, STALL_TICKS tell
 
     def duration_s(self, goal_deg: float) -> float:
         """Seconds of a trapezoid from here to a goal."""

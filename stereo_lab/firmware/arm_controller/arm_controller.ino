@@ -28,6 +28,8 @@ const float RUNAWAY_DEG = 0.6, WRONG_COUNTS = 2.5;
 const float FOLLOW_DEG = 20, STALL_V = 1.5, CREEPS_DEG_S = 10;
 const uint16_t STALL_TICKS = 250, STUCK_TICKS = 50, HELD_TICKS = 125, COAST_TICKS = 250;
 const float ROLLS = 3;  // by the rule: braked, a motor rolls on by tau times its speed; with an arm 3 times as far
+const float NET_COUNTS = 1.5, OWED_DEG = 5, OWED_COUNTS = 8;  // a lone line of an encoder goes to and fro by one count
+const uint8_t OWED_TICKS = 20;
 const uint8_t CLOSED_TICKS = 3, BRAKE_TICKS = 125;
 const float SEEK_DEG = 400, SEEK_DEG_S = 60, BACK_DEG = 8, CREEP_DEG_S = 10, HOME_ACC = 1000;
 const uint8_t BACK_TRIES = 6;
@@ -59,6 +61,7 @@ struct Joint {
   bool pushed;
   // the plan of a move
   float planned, plan_speed, speeding_up, goal, left, plan_cruise, plan_acc, kick, way, fast_v, slow_v;
+  float mark, owed;  // by the rule: where it last was for certain, and how far its voltage should have turned it since
   uint8_t rests;
   int8_t turned;  // which way the last edge went
 };
@@ -406,9 +409,24 @@ float rule_volts(Joint &joint, bool *done) {
 
 bool overloaded(const Joint &joint) { return fabs(joint.load) >= MOST_LOAD_V; }
 
+bool owes_much(Joint &joint) {  // by the rule: its voltage should have turned it by far more than its edges tell
+  if (fabs(joint.position - joint.mark) > NET_COUNTS * joint.degree) {
+    joint.mark = joint.position;
+    joint.owed = joint.strained = 0;
+  }
+  float free_v = joint.way * (joint.duty * joint.volts_of_duty - joint.weight) - joint.db[joint.way < 0];
+  joint.owed += joint.k * free_v * TICK_S;
+  if (joint.owed < 0) joint.owed = 0;
+  joint.strained++;
+  bool much = joint.owed > OWED_DEG + OWED_COUNTS * joint.degree && joint.strained > OWED_TICKS;
+  return much && joint.still == 0;  // without an edge, STALL_TICKS tell
+}
+
 bool stalls(Joint &joint, float volts) {
-  if (by_rule && joint.mode == MOVE)
-    return (joint.planned - joint.position) * joint.way > FOLLOW_DEG || (joint.still > STALL_TICKS && volts != 0);
+  if (by_rule && joint.mode == MOVE) {
+    bool no_edge = joint.still > STALL_TICKS && volts != 0;
+    return owes_much(joint) || no_edge || (joint.planned - joint.position) * joint.way > FOLLOW_DEG;
+  }
   float push = volts - joint.weight;
   bool turns = (push > 0 ? joint.speed : -joint.speed) > CREEPS_DEG_S;
   float beside = fabs(joint.planned - joint.position);
@@ -617,6 +635,8 @@ void begin_move(Joint &joint, Mode mode) {
     joint.wrong = joint.kick = 0;
     joint.obeyed = joint.still < REST_TICKS ? 1e6 : 0;  // what carries it on may be a load
     joint.still = joint.strained = 0;
+    joint.mark = joint.position;
+    joint.owed = 0;
   }
   joint.mode = mode;
   fault = '-';
