@@ -120,3 +120,14 @@ def test_by_the_rule_an_honest_move_is_no_stall(start, load_g, goal, percent):
     arm = start(load_g)
     arm.do(9, "MODE rule", f"MV 1 {goal} {percent}")
     assert "!done 1" in arm.said and "!stall" not in arm.said
+
+
+def test_the_count_of_lost_edges_goes_beyond_16_bits(monkeypatch):
+    """Of the chip; the virtual arm loses none."""
+    arm = Chip(BENCH_ARM, monkeypatch)
+    for _ in range(40000):
+        for joint in (1, 2):
+            arm.fault("skip", joint)
+        arm.library.chip_run_us(arm.chip, 20)
+    arm.do(0.1, "?")
+    assert int(arm.said.partition(" lost=")[2].split()[0]) == pytest.approx(80000, rel=0.01)

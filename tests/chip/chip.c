@@ -33,7 +33,7 @@ typedef struct {
     double kappa, gear_loss, most_v;                                        /* N·m a volt; R times the most current */
     double speed, position, link, acceleration;                             /* degrees; the last in rad/s² */
     long edge;
-    int reversed, held, cut; /* cut: the second wire of its encoder is off */
+    int reversed, held, cut, skipped; /* cut: the second wire of its encoder is off; skipped: edges that it left out */
 } motor_t;
 
 typedef struct {
@@ -108,7 +108,7 @@ static void loads(const chip_t *chip, double *load, double *inertia) {
     inertia[1] = chip->inertias[1];
 }
 
-static uint8_t encoder_lines(const motor_t *m) { return GRAY[(m->reversed ? -m->edge : m->edge) & 3]; }
+static uint8_t encoder_lines(const motor_t *m) { return GRAY[((m->reversed ? -m->edge : m->edge) + m->skipped) & 3]; }
 
 static void show(chip_t *chip, int j) {
     motor_t *m = &chip->motors[j];
@@ -248,6 +248,12 @@ void chip_fault(chip_t *chip, const char *name, int j) {
     if (!strcmp(name, "reverse")) chip->motors[j].reversed = 1;
     if (!strcmp(name, "hold")) chip->motors[j].held = 1;
     if (!strcmp(name, "cut")) chip->motors[j].cut = 1;
+    if (!strcmp(name, "skip")) { /* two edges at once: the chip sees that one was missed */
+        motor_t *m = &chip->motors[j];
+        m->skipped += 2;
+        uint8_t lines = encoder_lines(m);
+        for (int k = 0; k < 2; k++) avr_raise_irq(chip->encoder[2 * j + k], lines >> k & 1);
+    }
 }
 
 #ifdef SERVE

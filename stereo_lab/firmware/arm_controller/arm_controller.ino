@@ -189,6 +189,13 @@ bool beside(const Joint &joint) {  // held, and moved off its place
   return joint.mode == HOLD && fabs(joint.goal - joint.position) > joint.arrived;
 }
 
+uint16_t lost_of(Joint &joint) {  // two bytes, which an edge must not change in between
+  cli();
+  uint16_t lost = joint.lost;
+  sei();
+  return lost;
+}
+
 void say_status() {
   begin_line();
   if (stopped) say("<stop");
@@ -212,7 +219,7 @@ void say_status() {
   put(',');
   say_number(lround(joints[1].speed));
   say(" lost=");
-  say_number(joints[0].lost + joints[1].lost);
+  say_number((uint32_t)lost_of(joints[0]) + lost_of(joints[1]));  // an int has 16 bits here
   say(" drop=");
   say_number(dropped);
   put('>');
