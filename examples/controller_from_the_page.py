@@ -115,6 +115,7 @@ class _Joint:
         self.began_at_rest, self.stall_ticks, self.roll_ticks = False, 0, 0
         self.push_volts, self.push_held, self.push_ticks = 0.0, 0.0, 0
         self.rule_way, self.rule_volts = 0, 0.0
+        self.mark, self.owed, self.owed_ticks = 0.0, 0.0, 0
         self.leg, self.backs = "", 0
 
     def sense(self, count, pressed):
@@ -189,7 +190,8 @@ class _Joint:
     def move_by_rule(self, goal, f):
         self._begin("rule")
         self._begin_plan()  # p is where it began
-        self.g, self.rule_way = goal, _sign(goal - self.angle())
+        self.g, self.rule_way = goal, 1 if goal >= self.angle() else -1
+        self.mark, self.owed, self.owed_ticks = self.angle(), 0.0, 0
         self.rule_volts = self._of_way("db", self.rule_way) + f * self.par["cruise"] / self.par["k"]
 
     def push(self, duty, milliseconds):
@@ -265,11 +267,24 @@ class _Joint:
     def _step_rule(self, mode):
         left = (self.g - self.angle()) * self.rule_way
         st = self._of_way("st", self.rule_way)
-        if left > 0:
+        turned_volts, self.volts = self.volts, 0.0
+        room = self.par["hi"] - self.angle() if self.rule_way > 0 else self.angle() - self.par["lo"]
+        if left > 0 and room < 3 * self.par["tau"] / 1000 * self.speed * self.rule_way:
+            pass  # braked, or it would roll beyond its limit
+        elif left > 0:
             self.volts = self.rule_way * (st if left <= self.par["zone"] else max(self.rule_volts, st))
-            return None
-        self.volts = 0.0
-        return self._end("done", mode) if self.rest >= 6 else None
+        if left <= 0 and self.rest >= 6:
+            return self._end("done", mode)
+        return "stall" if self._to_and_fro(turned_volts) else None
+
+    def _to_and_fro(self, volts):
+        """Whether its edges lead nowhere, while by its voltage it should be elsewhere."""
+        if abs(self.angle() - self.mark) > 1.5 * self.edge():
+            self.mark, self.owed, self.owed_ticks = self.angle(), 0.0, 0
+        free = (volts - self.gravity) * self.rule_way - self._of_way("db", self.rule_way)
+        self.owed = max(0.0, self.owed + self.par["k"] * T * free)
+        self.owed_ticks += 1
+        return self.owed > 5 + 8 * self.edge() and self.owed_ticks > 20 and self.still == 0
 
     def _step_push(self, mode):
         above = self.push_volts > self.push_held and self.angle() > self.par["hi"]
