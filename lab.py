@@ -15,6 +15,7 @@ import json
 import os
 import platform
 import shutil
+import signal
 import subprocess
 import sys
 
@@ -198,6 +199,8 @@ def run(arguments):
     # The kit's matrices are small: several threads would spend their time waiting for each other.
     environment.setdefault("OPENBLAS_NUM_THREADS", "1")
     child = subprocess.Popen(command, env=environment)
+    # Whoever ends this ends what it runs: that may hold an arm, or be JupyterLab.
+    signal.signal(signal.SIGTERM, lambda *_: child.terminate())
     while True:
         try:
             return child.wait()

@@ -12,6 +12,7 @@ from contextlib import closing, contextmanager
 from dataclasses import replace
 from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -588,6 +589,79 @@ def test_a_run_that_is_ended_from_outside_leaves_a_whole_log(tmp_path, number, a
     assert err == "" and len(read_log(path).records) >= 19
     if number == signal.SIGINT:
         assert process.returncode == 0 and out.endswith("Stopped.\n") and read_log(path).broken == 0
+
+
+ENDS = """
+import sys, time
+from stereo_lab.arm import JointAngles, connect
+arm = connect(sys.argv[1])
+arm.home()
+print("homed", flush=True)
+"""
+
+
+def state_of(url):
+    """Of a served arm, as the next one who connects finds it."""
+    with connect(url) as arm:
+        return arm.status().state
+
+
+@pytest.mark.parametrize("end", ["", "raise ValueError", "sys.exit(3)"])
+def test_a_program_that_ends_without_a_word_leaves_no_arm_on(end):
+    with served_arm() as url:
+        done = subprocess.run([sys.executable, "-c", ENDS + end, url], cwd=ROOT, capture_output=True, text=True)
+        assert done.stdout == "homed\n" and state_of(url) == "off"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows ends programs another way")
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_whoever_ends_a_run_ends_its_arm(name):
+    with served_arm() as url:
+        words = [sys.executable, "-m", "stereo_lab", "run", "--arm", url]
+        process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT)
+        while "follows" not in (line := process.stdout.readline()):
+            assert line, process.communicate()
+        process.send_signal(getattr(signal, name))
+        out, err = process.communicate(timeout=60)
+        assert out.endswith("Stopped.\n") and err == "" and state_of(url) == "off"
+
+
+def test_an_order_that_is_broken_off_is_taken_back(bench, localizer):
+    """Whether it reached the arm nobody knows."""
+    with connect("virtual://arm") as arm:
+        arm.home()
+        follower, sent = Follower(arm, bench), arm.steer
+
+        def steer(*given):
+            sent(*given)
+            raise KeyboardInterrupt
+
+        arm.steer = steer
+        source = VirtualBench(bench, arm.port, clock=arm.line.clock, sleep=arm.line.listen)
+        source.path = round_trip(bench, 100.0)
+        with pytest.raises(KeyboardInterrupt):
+            list(run(source, localizer, follower, seconds=6.0))
+        arm.wait(1.0)
+        assert arm.status().state == "idle" and max(map(abs, arm.status().speed_deg_s)) < 1
+
+
+def test_an_arm_that_does_not_know_where_it_stands_touches_nothing(bench, localizer):
+    with connect("virtual://arm") as arm, pytest.raises(ArmError, match=r"to be homed.*home\(\)"):
+        next(touch_in_turn(VirtualBench(bench, arm.port, fast=True), localizer, arm, bench))
+
+
+def test_an_arm_is_not_sent_where_a_rendered_calibration_says(bench, tmp_path, capsys):
+    films = [str(tmp_path / f"{side}.avi") for side in ("left", "right")]
+    for side, path in zip(("left", "right"), films, strict=True):
+        film = cv2.VideoWriter(path, cv2.VideoWriter.fourcc(*"MJPG"), 10.0, bench.image_size)
+        for pair in bench.pairs("track")[:5]:
+            film.write(getattr(pair, side))
+        film.release()
+    words = ["run", "--source", f"cameras:{films[0]},{films[1]}"]
+    assert cli.main([*words, "--arm", "virtual://arm"]) == 2
+    assert "Name your recording with --recording" in capsys.readouterr().err
+    assert cli.main([*words, "--seconds", "0.1"]) == 0
+    assert "is rendered: its calibration is not that of your cameras" in capsys.readouterr().err
 
 
 def test_steering_refuses_what_moving_refuses(bench):

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import atexit
 import logging
+import math
+import weakref
 
 import serial
 
@@ -28,6 +31,7 @@ FAULTS = {
 }
 STOP_BYTES = b"\n" + wire.STOP + b"\n"
 log = logging.getLogger(__name__)
+_connected: weakref.WeakSet[Arm] = weakref.WeakSet()
 
 
 def connect(port: str | serial.SerialBase = "virtual://arm", baud_rate: int = wire.BAUD_RATE) -> Arm:
@@ -42,7 +46,7 @@ def connect(port: str | serial.SerialBase = "virtual://arm", baud_rate: int = wi
     Returns
     -------
     Arm
-        Use it with ``with``: at the end its motors are stopped, whatever happens.
+        Use it with ``with``: at the end its motors are stopped, whatever happens. Else that is at the end of the program.
 
     Raises
     ------
@@ -56,7 +60,15 @@ def connect(port: str | serial.SerialBase = "virtual://arm", baud_rate: int = wi
     except BaseException:
         opened.close()
         raise
+    _connected.add(arm)
     return arm
+
+
+@atexit.register
+def _close_all() -> None:
+    """Where a program ends, or a notebook's kernel is shut down, that did not close its arms: their motors would stay on."""
+    for arm in list(_connected):
+        arm.close()
 
 
 class Arm:
@@ -200,7 +212,7 @@ class Arm:
         self._enable(self._stops.count)
 
     def disable(self) -> None:
-        """Stop the motors and switch them off."""
+        """Stop the motors and switch them off. What another thread does with the arm is broken off by :meth:`stop`."""
         self.command("EN 0")
 
     def status(self) -> wire.Status:
@@ -256,7 +268,9 @@ class Arm:
         return float(self.command(f"GET {joint} {name}"))
 
     def set(self, joint: int, name: str, value: float) -> None:
-        """Set a parameter of a joint."""
+        """Set a parameter of a joint; a limit is rounded inwards to the thousandth of a degree that the controller tells."""
+        if name in ("lo", "hi"):
+            value = (math.floor if name == "hi" else math.ceil)(round(1000 * value, 3)) / 1000
         self.command(f"SET {joint} {name} {_decimal(value)}")
         if name in ("lo", "hi", "supply"):
             self._read_bounds()

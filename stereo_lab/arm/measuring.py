@@ -19,6 +19,17 @@ LEAST_POSES = 4
 ROOM_DEG = 30.0  # a calibration that starts so near the middle has room enough
 
 
+def must_be_homed(arm: Arm, why: str) -> None:
+    """Refuse an arm that does not know where it stands, and say why it must.
+
+    Raises
+    ------
+    ArmError
+    """
+    if not arm.homed:
+        raise ArmError(f"Expected {arm.name} to be homed: {why}. Call home() first.")
+
+
 def calibrate(arm: Arm, joint: int) -> MotorCalibration:
     """Measure a motor; see :meth:`stereo_lab.arm.Arm.calibrate`."""
     if not arm.homed:
@@ -28,6 +39,7 @@ def calibrate(arm: Arm, joint: int) -> MotorCalibration:
     low, high = arm.limits_deg[joint - 1]
     middle = (low + high) / 2
     if abs(arm.status().position_deg[joint - 1] - middle) > ROOM_DEG:
+        arm._switch_on()
         arm.run(f"MV {joint} {middle:.3f}")
     push = lambda volts, seconds: arm.push(joint, volts + _weight_v(arm, joint), seconds)
     found = calibrate_motor(push, arm.supply_v[joint - 1] - abs(_weight_v(arm, joint)))
@@ -37,8 +49,7 @@ def calibrate(arm: Arm, joint: int) -> MotorCalibration:
 
 def weigh(arm: Arm) -> tuple[WeightFit, WeightFit]:
     """Find what holds both joints against the weight; see :meth:`stereo_lab.arm.Arm.weigh`."""
-    if not arm.homed:
-        raise ArmError(f"Expected {arm.name} to be homed: only then its angles tell where down is. Call home() first.")
+    must_be_homed(arm, "only then its angles tell where down is")
     poses, known = _poses(arm.limits_deg), [tuple(arm.get(joint, name) for name in ("g1", "g2")) for joint in (1, 2)]
     try:
         _set_weights(arm, [(0, 0), (0, 0)])

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from stereo_lab.arm.arm import Arm
+from stereo_lab.arm.measuring import must_be_homed
 from stereo_lab.errors import StereoLabError, UnreachableTargetError
 from stereo_lab.kinematics import LEAST_POSES, JointAngles, Registration, TwoLinkArm
 from stereo_lab.recording import Position
@@ -49,8 +50,7 @@ def register(arm: Arm, links: TwoLinkArm, depth_mm: float, locate: Callable[[], 
     StereoLabError
         If the arm is not homed, its limits leave fewer than six poses, or the cameras see the ball in fewer.
     """
-    if not arm.homed:
-        raise StereoLabError(f"Expected {arm.name} to be homed: its zeros are what is measured. Call home() first.")
+    must_be_homed(arm, "its zeros are what is measured")
     poses = hand_poses(links)
     if len(poses) < LEAST_POSES:
         raise StereoLabError(

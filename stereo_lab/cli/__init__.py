@@ -23,7 +23,7 @@ from stereo_lab.cli import (
     train,
     vision,
 )
-from stereo_lab.cli.terminal import BAD_INPUT, STOPPED, check_outputs, clear_line, flush_output
+from stereo_lab.cli.terminal import BAD_INPUT, STOPPED, check_outputs, clear_line, flush_output, words_aside
 from stereo_lab.errors import StereoLabError
 
 
@@ -40,7 +40,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options = _parser().parse_args(words)
         options.for_jupyterlab = for_jupyterlab
         check_outputs(options)
-        code = options.run(options)
+        with words_aside(options):
+            code = options.run(options)
         flush_output()
         return code
     except StereoLabError as error:

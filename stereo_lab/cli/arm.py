@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import sys
 import time
 
 from stereo_lab.cli.options import Add, add_json, decimal
-from stereo_lab.cli.terminal import OK, me, tell_fit, write_json_option
+from stereo_lab.cli.terminal import OK, end_as_by_ctrl_c, me, tell_fit, write_json_option
 from stereo_lab.errors import ArmError, StereoLabError, UnreachableTargetError
 
 MOST_WORDS = {"move": 2, "register": 1, "setup": 1}  # after an action; after any other none
@@ -68,9 +67,8 @@ def run_arm(options: argparse.Namespace) -> int:
             print(f"{name:20s} {description}")
         write_json_option(options.json, [{"port": name, "description": text} for name, text in ports()])
         return OK
-    options.out = sys.stdout
-    quiet = contextlib.redirect_stdout(sys.stderr) if options.json == "-" else contextlib.nullcontext()
-    with connect(options.url) as arm, quiet:
+    end_as_by_ctrl_c()
+    with connect(options.url) as arm:
         facts = ARM_ACTIONS[action](arm, options)
     write_json_option(options.json, facts)
     return OK
@@ -278,8 +276,7 @@ def _arm_monitor(arm, options):
         with contextlib.suppress(KeyboardInterrupt):  # the way to end it, so no fault: what was seen is kept
             _look_on(arm, options.seconds, rows)
     except ArmError:
-        with contextlib.redirect_stdout(options.out):
-            write_json_option(options.json, rows)  # what was seen before the arm was lost is kept too
+        write_json_option(options.json, rows)  # what was seen before the arm was lost is kept too
         raise
     return rows
 

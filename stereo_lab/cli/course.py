@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import re
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -66,12 +67,24 @@ def run_start(options: argparse.Namespace) -> int:
     command.append(f"--LabApp.extra_labextensions_path={PACKAGE / 'widgets' / 'page'}")
     # A class at work is asked nothing and nothing is fetched.
     command += ["--LabApp.news_url=None", "--LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate"]
-    with subprocess.Popen(command + options.for_jupyterlab, env=environment) as lab, fonts:
+    with _jupyterlab(command + options.for_jupyterlab, environment) as lab, fonts:
         while True:
             try:
                 return lab.wait()
             except KeyboardInterrupt:
                 continue  # JupyterLab got it as well, and asks whether it is meant
+
+
+def _jupyterlab(command, environment):
+    """It ends with this program, or with the terminal's window, and shuts its kernels down then: they let go of their arms."""
+    hang_up = getattr(signal, "SIGHUP", signal.SIGTERM)
+    before = signal.signal(
+        hang_up, signal.SIG_IGN
+    )  # JupyterLab inherits it: by itself it would die at once, and its kernels
+    lab = subprocess.Popen(command, env=environment)
+    for number in {signal.SIGTERM, hang_up if before == signal.SIG_DFL else signal.SIGTERM}:
+        signal.signal(number, lambda *_: lab.terminate())
+    return lab
 
 
 def run_reset(options: argparse.Namespace) -> int:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stereo_lab.cli.options import Add, add_json, decimal, seconds
-from stereo_lab.cli.terminal import OK, WANTING, clear_line, tell_fit, write_json_option
+from stereo_lab.cli.terminal import OK, WANTING, clear_line, end_as_by_ctrl_c, tell_fit, write_json_option
 from stereo_lab.errors import StereoLabError
 
 if TYPE_CHECKING:
@@ -83,24 +83,28 @@ def run_live(options: argparse.Namespace) -> int:
         )
     if options.log:
         check_new(options.log)  # before the arm moves
+    end_as_by_ctrl_c()
     with contextlib.ExitStack() as stack:
         told = options.recording or options.source.startswith("cameras:")
         stage = open_recording(options.recording) if told else None
         source = stack.enter_context(open_source(options.source, rate_hz=options.rate, recording=stage))
         recording = stage or getattr(source, "recording", None) or open_recording()
+        if options.source.startswith("cameras:") and options.recording is None and "cameras" in recording.truth:
+            _tell_whose_calibration(recording, options.arm)
         localizer = Localizer.fit(recording, color=options.color)
         tell_fit(localizer, recording)
         arm = None if options.arm is None else stack.enter_context(_arm(options.arm, recording))
         move_on = _set_the_stage(source, arm, options.touch)
         sinks = _sinks(options, source, recording, localizer, stack)
         try:
-            if options.touch:
-                for line in touch_in_turn(source, localizer, arm, recording, move_on=move_on, sinks=sinks):
-                    print(line, flush=True)
-            else:
-                follower = None if arm is None else Follower(arm, recording)
-                moments = run(source, localizer, follower, sinks, options.seconds)
-                _show(moments, sinks)
+            with arm or contextlib.nullcontext():  # at rest before the sinks are closed, which may take a moment
+                if options.touch:
+                    for line in touch_in_turn(source, localizer, arm, recording, move_on=move_on, sinks=sinks):
+                        print(line, flush=True)
+                else:
+                    follower = None if arm is None else Follower(arm, recording)
+                    with contextlib.closing(run(source, localizer, follower, sinks, options.seconds)) as moments:
+                        _show(moments, sinks)
         except KeyboardInterrupt:
             clear_line()
             print("Stopped.")
@@ -108,6 +112,14 @@ def run_live(options: argparse.Namespace) -> int:
     for path in cut_off:
         print(f"{path} is not whole: the end of the run could not be written into it.", file=sys.stderr)
     return WANTING if cut_off else OK
+
+
+def _tell_whose_calibration(recording, arm):
+    """Real cameras cannot be those of a rendered recording: an arm is not sent where they would say."""
+    words = f"{recording.name} is rendered: its calibration is not that of your cameras. Name your recording with --recording."
+    if arm is not None:
+        raise StereoLabError(words)
+    print(words, file=sys.stderr)
 
 
 def _arm(url, recording):

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import os
 import shutil
+import signal
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 from stereo_lab.errors import StereoLabError
 
@@ -28,6 +31,7 @@ OUTPUTS = {  # where an option that names a file is kept: the option, and how th
 }
 OF_A_RECORDING = "recording.json", "calibration.json", "truth.json", "registration.json", "measured.csv"
 OK, WANTING, BAD_INPUT, STOPPED = 0, 1, 2, 130
+_json_to: TextIO | None = None  # where JSON goes while words are told aside
 
 
 class Progress:
@@ -73,6 +77,18 @@ def tell_fit(localizer: Localizer, recording: Recording) -> None:
         print(line, flush=True)
 
 
+def end_as_by_ctrl_c() -> None:
+    """From now on whoever ends this program, or closes its window, ends it as Ctrl-C does: its arm must be told."""
+
+    def end(number, _):
+        signal.signal(number, signal.SIG_IGN)  # a second one would break off what the first one began
+        raise KeyboardInterrupt
+
+    for number in (getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)):
+        if signal.getsignal(number) == signal.SIG_DFL:  # under nohup it is ignored, and stays so
+            signal.signal(number, end)
+
+
 def check_outputs(options: argparse.Namespace) -> None:
     """Refuse files that cannot be written, before minutes of work are done for them, and those that something else lives in.
 
@@ -104,6 +120,20 @@ def check_outputs(options: argparse.Namespace) -> None:
         named[place] = option
 
 
+@contextlib.contextmanager
+def words_aside(options: argparse.Namespace) -> Iterator[None]:
+    """With ``--json -`` standard output is for the JSON alone, and words go to standard error."""
+    global _json_to
+    if getattr(options, "json", None) != "-":
+        yield
+        return
+    _json_to, sys.stdout = sys.stdout, sys.stderr
+    try:
+        yield
+    finally:
+        sys.stdout, _json_to = _json_to, None
+
+
 def write_json_option(path: str | None, content: object) -> None:
     """Write what ``--json`` asks for: a file, or - for the terminal.
 
@@ -114,9 +144,15 @@ def write_json_option(path: str | None, content: object) -> None:
     """
     from stereo_lab.common.files import write_json
 
+    global _json_to
     if path == "-":
-        print(json.dumps(content, indent=1))
-        flush_output()
+        words_to, sys.stdout = sys.stdout, _json_to or sys.stdout
+        try:
+            print(json.dumps(content, indent=1))
+            flush_output()
+        finally:
+            if _json_to is not None:
+                _json_to, sys.stdout = sys.stdout, words_to
     elif path:
         write_json(path, content)
         print(f"written: {path}")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stereo_lab.arm.measuring import must_be_homed
 from stereo_lab.errors import ArmError, StereoLabError, UnreachableTargetError
 from stereo_lab.kinematics import JointAngles
 from stereo_lab.live.tracker import Track
@@ -92,8 +93,7 @@ class Follower:
         inverse: Callable[[float, float], tuple[float, float]] | None = None,
         run_on: bool = True,
     ) -> None:
-        if not arm.homed:
-            raise StereoLabError(f"Expected {arm.name} to be homed: its angles mean nothing before. Call home() first.")
+        must_be_homed(arm, "its angles mean nothing before")
         self.arm, self.predict, self.inverse, self.follows = arm, predict, inverse, True
         self._runs_on = run_on and bool(predict)
         self.stands, self.radius_mm = recording.registration, recording.ball.diameter_mm / 2
@@ -134,8 +134,8 @@ class Follower:
 
     def rest(self) -> None:
         """End a move under way; the arm holds where it comes to rest."""
-        self._steers = False
         self.arm.command("ST")
+        self._steers = False
 
     def leave(self) -> None:
         """The same, whatever state the arm is in: one that is gone stops by itself."""
@@ -166,8 +166,9 @@ class Follower:
         self._side = self._side or self._free_side(ball, reached)
         wanted = self._angles(ball)
         goal = self._where_it_could_stop(wanted, track, ready_s) if self._runs_on else wanted
-        self.arm.steer(goal, self._percent(goal))
-        self._steers = True
+        percent = self._percent(goal)
+        self._steers = True  # from here on: whatever interrupts the order may leave the arm on its way
+        self.arm.steer(goal, percent)
         return wanted
 
     def _ball_at(self, track, time_s):

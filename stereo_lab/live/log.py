@@ -142,6 +142,8 @@ class Run:
         }
         for name in ("rate_hz", "latency_ms", "find_ms", "steer_ms", "cpu_percent", "rss_mb"):
             facts[name] = _spread(self.column(name))
+        if facts["rate_hz"] and facts["seconds"]:  # a mean of rates would count short gaps too much
+            facts["rate_hz"]["mean"] = (facts["pictures"] - 1) / facts["seconds"]
         return facts
 
 

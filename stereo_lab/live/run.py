@@ -124,7 +124,8 @@ def run(
     Yields
     ------
     Moment
-        However it ends, also by ``break`` and by an error, the arm ends its move and holds where it is.
+        However it ends, also by an error, the arm ends its move and holds where it is. It ends by ``break`` as well, but not
+        where the generator has a name: then close it (``contextlib.closing``).
 
     Raises
     ------

@@ -25,6 +25,7 @@ PORT, TLS_PORT, TOPIC = 1883, 8883, "stereo_lab"
 KEPT = 100  # records that wait while the broker is away; after that the oldest is dropped
 KEEP_ALIVE_S = 5  # a broker calls a bench gone after one and a half times that
 AGAIN_S = (1, 8)  # a broker that is away is tried again after so long, at first and at most
+CONNECT_S = 2.0  # so long a broker may take to answer; the end of a run waits for it
 FAREWELL_S = 1.0  # so long the end of a run waits to be told
 BENCH = re.compile(r"[\w-]{1,40}", re.ASCII)
 USER, PASSWORD, TLS = "STEREO_LAB_MQTT_USER", "STEREO_LAB_MQTT_PASSWORD", "STEREO_LAB_MQTT_TLS"
@@ -85,6 +86,7 @@ class _Link:
         self.client.on_connect, self.client.on_disconnect = self._connected, self._disconnected
 
     def start(self) -> None:
+        self.client.connect_timeout = CONNECT_S
         self.client.connect_async(self.host, self.port, KEEP_ALIVE_S)
         self.client.loop_start()
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from stereo_lab.arm.measuring import must_be_homed
 from stereo_lab.errors import UnreachableTargetError
 from stereo_lab.kinematics import JointAngles
 from stereo_lab.live.run import Sink, run
@@ -53,8 +54,9 @@ def touch_in_turn(
     Raises
     ------
     StereoLabError
-        If a camera falls silent, or the arm stops or does not answer.
+        If the arm is not homed, a camera falls silent, or the arm stops or does not answer.
     """
+    must_be_homed(arm, "its angles mean nothing before")
     radius, touched = recording.ball.diameter_mm / 2, np.empty((0, 3))
     while len(touched) < balls:
         yield f"ball {len(touched) + 1} of {balls}: waiting for one that lies still"

@@ -23,10 +23,14 @@ class CameraPair:
     Raises
     ------
     StereoLabError
-        If one cannot be opened.
+        If one cannot be opened, or both are the same.
     """
 
     def __init__(self, left: int, right: int, size: tuple[int, int]) -> None:
+        if left == right:
+            raise StereoLabError(
+                f"Expected two cameras, got number {left} for both. Other numbers: --left and --right."
+            )
         self.size, self._captures = size, []
         for side, number in (("left", left), ("right", right)):
             capture = cv2.VideoCapture(number)
