@@ -151,6 +151,38 @@ def test_both_pictures_must_tell_one_size(bench, bench_calibration):
     assert not same(left, replace(right, v=right.v + 0.5 * right.radius_px))
 
 
+@pytest.mark.parametrize(("focal_px", "baseline_mm", "depth_mm"), [(690, 120, 400), (400, 300, 400), (320, 300, 600)])
+@pytest.mark.parametrize("u", [20, 600])
+def test_each_camera_sees_a_ball_from_its_own_place(bench_calibration, focal_px, baseline_mm, depth_mm, u):
+    """Near a wide rig, at the rim of both pictures, it is half as far again from one camera as from the other."""
+    matrix = np.array([[focal_px, 0, 319.5], [0, focal_px, 239.5], [0, 0, 1.0]])
+    lens = {"left_distortion": np.zeros(5), "right_distortion": np.zeros(5), "rotation": np.eye(3)}
+    apart = {"translation_mm": np.array([-baseline_mm, 0, 0.0])}
+    rig = replace(bench_calibration, left_matrix=matrix, right_matrix=matrix, **lens, **apart)
+    x = (u - 319.5) / focal_px * depth_mm + baseline_mm * (u < 320)
+    seen = []
+    for lens_x in (0, baseline_mm):
+        distance = np.linalg.norm([x - lens_x, 0, depth_mm])
+        radius = focal_px * 20 / np.sqrt(distance**2 - 20**2)
+        seen.append(Detection(focal_px * (x - lens_x) / depth_mm + 319.5, 239.5, radius, 0.9))
+    assert sum(matching.size_errors(rig, 40.0, *seen)) < 0.1
+
+
+@pytest.mark.parametrize("place", [(700, 350, 2000), (0, 0, 1000), (-300, 200, 800)])
+def test_noise_moves_a_place_along_its_ray(bench_calibration, by_cone, place):
+    """What is told of x, y and depth is what ten thousand noisy pixels do; off the axis most of x is the depth's error."""
+    rig, rigid, rng = bench_calibration, by_cone.way.rigid, np.random.default_rng(7)
+    f, b, (x, y, z), sigmas = rig.focal_px, rig.baseline_mm, place, (0.1, 0.13)
+    left, right = (
+        np.array([f * (x - lens_x) / z, f * y / z]) + rng.normal(0, s, (10_000, 2))
+        for lens_x, s in zip((0, b), sigmas, strict=True)
+    )
+    depth = f * b / (left[:, 0] - right[:, 0])
+    points = np.stack([left[:, 0] * depth / f, (left[:, 1] + right[:, 1]) / 2 * depth / f, depth], 1)
+    told = np.linalg.norm(doubt._by_pixels(rig, rigid, np.array([place], float), sigmas)[0], axis=1)
+    assert told == pytest.approx(rigid.predict(points).std(axis=0), rel=0.03)
+
+
 def test_a_size_that_is_off_speaks_against_a_pair(bench, bench_calibration):
     true = bench.true_ball("depth", bench.samples("depth")[1].pair.name)
     left, right = (Detection(*true[side], 0.9) for side in ("left", "right"))

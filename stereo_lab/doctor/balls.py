@@ -130,9 +130,9 @@ def size_of_ball(
     """The ball's diameter as both cameras tell it, mm: the median, and its standard deviation."""
     told = []
     for sighting, point in zip(sightings, points, strict=True):
-        for side in ("left", "right"):
+        for side, lens_x in (("left", 0.0), ("right", calibration.baseline_mm)):
             slope = getattr(sighting, side).radius_px / calibration.camera(side)[0][0, 0]
-            told.append(2 * np.linalg.norm(point) * slope / np.hypot(1, slope))
+            told.append(2 * np.linalg.norm(point - [lens_x, 0, 0]) * slope / np.hypot(1, slope))
     spread = 1.4826 * np.median(np.abs(told - np.median(told)))
     return float(np.median(told)), float(spread / np.sqrt(len(points)))
 

@@ -130,12 +130,12 @@ def size_errors(
     radius = max(left.radius_px, right.radius_px)
     if abs(centers[0][1] - centers[1][1]) > max(ROW_PX, ROW_OF_RADIUS * radius):
         return None
-    point = calibration.triangulate(*centers)[0].tolist()
-    distance, errors = math.hypot(*point), []
-    if not (math.isfinite(distance) and point[2] > 0):
+    x, y, z = calibration.triangulate(*centers)[0].tolist()
+    if not (math.isfinite(x) and math.isfinite(y) and 0 < z < math.inf):
         return None
-    for ball, side in ((left, "left"), (right, "right")):
-        off = abs(distance * _nearness(calibration, diameter_mm, ball, side) - 1)
+    errors = []
+    for ball, side, lens_x in ((left, "left", 0.0), (right, "right", calibration.baseline_mm)):
+        off = abs(math.hypot(x - lens_x, y, z) * _nearness(calibration, diameter_mm, ball, side) - 1)
         if off > _room(ball):
             return None
         errors.append(off / (USUAL + USUAL_PX / ball.radius_px))
