@@ -13,7 +13,9 @@ from conftest import ROOT, slow_after_first
 from stereo_lab.calibration import StereoCalibration, calibrate_stereo, match_order, store
 from stereo_lab.calibration.cameras import ARRAYS
 from stereo_lab.calibration.corners import _neighbours, find_corners
+from stereo_lab.calibration.refusals import check_two_cameras
 from stereo_lab.calibration.search import find_views
+from stereo_lab.calibration.views import View
 from stereo_lab.errors import CalibrationError
 from stereo_lab.recording import Board, StereoPair, open_recording
 from tests.written import assert_as_written
@@ -395,3 +397,11 @@ def test_pairs_without_a_board_do_not_hide_those_with_one(bench, tmp_path):
     nothing = replace(bench.pairs("calibration")[0], left_path=empty, right_path=empty)
     pairs = [replace(next(boards), name=f"{k}") if k % 4 == 1 else replace(nothing, name=f"{k}") for k in range(24)]
     assert len(calibrate_stereo(pairs, bench.board).used) == 6
+
+
+def test_one_camera_on_both_sides_is_refused_where_corners_are_missing():
+    corners = np.random.default_rng(3).uniform(0, 400, (20, 54, 2))
+    corners[:5, :7] = np.nan
+    with pytest.raises(CalibrationError, match="the same pictures"):
+        check_two_cameras([View(str(k), seen, seen + 0.1) for k, seen in enumerate(corners)])
+    check_two_cameras([View(str(k), seen, seen + 5.0) for k, seen in enumerate(corners)])

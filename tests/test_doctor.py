@@ -837,6 +837,25 @@ def test_an_arm_in_centimetres(third_rig, tmp_path):
     assert finding.name == "arm_unit" and "Is it in centimetres?" in finding.says
 
 
+def test_an_arm_whose_plane_is_elsewhere(third_rig, tmp_path):
+    spoilt = spoil(third_rig, tmp_path / "spoilt", [])
+    facts = json.loads((spoilt.path / "recording.json").read_text())
+    facts["arm"]["depth_mm"] += 100
+    (spoilt.path / "recording.json").write_text(json.dumps(facts))
+    (finding,) = check_recording(open_recording(spoilt.path)).findings
+    assert (
+        finding.name == "arm_plane" and "950 mm deep, and recording.json has the arm's plane at 1050 mm" in finding.says
+    )
+
+
+def test_position_and_depth_exchanged(third_rig, tmp_path):
+    spoilt = spoil(third_rig, tmp_path / "spoilt", [])
+    for before, after in (("position", "third"), ("depth", "position"), ("third", "depth")):
+        (spoilt.path / before).rename(spoilt.path / after)
+    (finding,) = check_recording(open_recording(spoilt.path)).findings
+    assert finding.name == "not_flat" and "Were the folders position and depth exchanged?" in finding.advice
+
+
 def test_a_wrong_size_in_recording_json_is_told_once(third_rig, tmp_path):
     spoilt = spoil(third_rig, tmp_path / "spoilt", [])
     facts = json.loads((spoilt.path / "recording.json").read_text())

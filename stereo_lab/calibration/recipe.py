@@ -89,7 +89,7 @@ def calibrate_views(
     with one_thread():
         shapes = board_shapes(board)
         rig, boards, together = first_rig(views, shapes.flat, size, len(shapes.sigma_mm))
-        check_together(together)
+        check_together(together & [view.seen_by_both for view in views])
         dropped += [(view.name, OTHER_MOMENT) for view, same in zip(views, together, strict=True) if not same]
         views = [view for view, same in zip(views, together, strict=True) if same]
         fit = solve(rig, boards.some(together), views, shapes, size)

@@ -39,7 +39,7 @@ def check_enough(found: Sequence[View], pairs: Sequence[StereoPair], board: Boar
 def check_two_cameras(views: Sequence[View]) -> None:
     """Refuse one camera's pictures on both sides: of two cameras half of all corners never lie at one place in both."""
     apart = [np.linalg.norm(view.left - view.right, axis=1) for view in views]
-    if apart and np.median(apart) < SAME_PX:
+    if apart and np.nanmedian(apart) < SAME_PX:
         raise CalibrationError(
             "Left and right show the same pictures, as if of one camera. Give each side the pictures of its own camera, "
             "or, where they were recorded here, two different camera numbers.",
@@ -95,7 +95,7 @@ def check_focal(sigma_percent: float, rms_px: float) -> None:
         raise CalibrationError(
             f"The boards contradict each other by {rms_px:.1f} px, and {leaves}. Was a camera moved, refocused or zoomed "
             "between two pairs? `stereo-lab check` tries which pairs belong together.",
-            fault="never_tilted",
+            fault="not_together",
         )
     raise CalibrationError(
         f"The boards {leaves}: they are all parallel to the "

@@ -134,24 +134,24 @@ def disagreement(
     -------
     ndarray, shape (pairs, steps), root mean square, px; infinite where a pair or a step is not known
     """
-    count = len(board.corners_mm)
-    corners = _spread(board)
     turns, shifts = (np.nan_to_num(part) for part in steps)
-    flat = np.asarray(board.corners_mm, float)[corners]
+    flat = np.asarray(board.corners_mm, float)
     errors = np.full((len(seen), len(turns)), np.inf)
     for k in np.flatnonzero(~np.isnan(left.shifts[:, 0])):
-        points = flat @ left.turns[k].T + left.shifts[k]
+        corners = _spread(board, seen[k])
+        points = flat[corners] @ left.turns[k].T + left.shifts[k]
         moved = np.einsum("sij,cj->sci", turns, points) + shifts[:, None]
         told = project(np.where(moved[..., 2:] > board.square_mm, moved, [0, 0, 1.0]), lens)[0]
         off = np.where(moved[..., 2] > board.square_mm, ((told - seen[k, corners]) ** 2).sum(-1), FAR_OFF**2)
-        if (~np.isnan(off[0])).sum() >= min(4, count):
-            errors[k] = np.sqrt(np.nanmean(np.minimum(off, FAR_OFF**2), 1))
+        if len(corners) >= 4:
+            errors[k] = np.sqrt(np.minimum(off, FAR_OFF**2).mean(1))
     errors[:, np.isnan(steps[1][:, 0])] = np.inf
     return errors
 
 
-def _spread(board):
-    """Numbers of some corners, its four outer ones among them."""
+def _spread(board, seen):
+    """Numbers of some corners that a camera saw, spread over them; the board's four outer ones among them where it saw those."""
+    there = np.flatnonzero(~np.isnan(seen[:, 0]))
     across, down = board.grid
-    count = across * down
-    return np.unique([0, across - 1, count - across, count - 1, *np.linspace(0, count - 1, SHOWN).astype(int)])
+    outer = np.intersect1d([0, across - 1, across * (down - 1), across * down - 1], there)
+    return np.unique([*outer, *there[np.linspace(0, len(there) - 1, SHOWN).astype(int)]]) if len(there) else there

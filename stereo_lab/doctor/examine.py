@@ -9,6 +9,7 @@ import numpy as np
 
 from stereo_lab.calibration import board_shown, counts_squares, find_calibration, find_corners, only_the_markers
 from stereo_lab.calibration.store import JUDGED_AT_MM, boards_of, distance_mm
+from stereo_lab.common.files import typed
 from stereo_lab.common.threads import one_thread
 from stereo_lab.doctor.advice import ADVICE
 from stereo_lab.doctor.cameras import Cameras, check_cameras
@@ -16,7 +17,7 @@ from stereo_lab.doctor.findings import NOTE, STOPS, Checkup, Finding, in_order, 
 from stereo_lab.doctor.known import doubt_mm, noise_mm
 from stereo_lab.doctor.measured import SETS, check_balls
 from stereo_lab.doctor.pictures import Looked, copies_told, look_at
-from stereo_lab.doctor.scales import arm_told
+from stereo_lab.doctor.scales import arm_told, plane_told
 from stereo_lab.errors import StereoLabError
 from stereo_lab.recording import Recording, read_image
 from stereo_lab.recording.bounds import CHARUCO
@@ -61,12 +62,15 @@ def check_recording(recording: Recording, progress: Progress | None = None) -> C
         findings = [replace(f, does_mm=cameras.noise_mm) if f.name in LIGHT else f for f in findings]
         findings = _look_at_balls(recording, cameras, clean, findings, say)
         clean = None if any(finding.name == "square_unit" for finding in findings) else clean
-    findings = [replace(f, advice=f.advice.replace(" REC ", f" {recording.path} ")) for f in findings]
+    findings = [replace(f, advice=f.advice.replace(" REC ", f" {typed(recording.path)} ")) for f in findings]
     least = clean
     if calibration is not None and clean is not None and not np.isfinite(clean):
         # cameras taken over from elsewhere: nobody tells how exact they are
         least = noise_mm(calibration, depth)
-    return Checkup(in_order([_weighed(finding, least) for finding in findings]), clean, depth)
+    findings = [_weighed(finding, least) for finding in findings]
+    if all(finding.severity == NOTE for finding in findings):  # else the table is wrong, and not the plane
+        findings += plane_told(recording)
+    return Checkup(in_order(findings), clean, depth)
 
 
 def _weighed(finding, clean):

@@ -85,7 +85,7 @@ def coverage_of(boards: Boards, left: Alone, right: Alone, looks: dict[tuple[str
     ]
     return Coverage(
         len(both.names), float(np.percentile(angles, 90)), min(_cells(both.left, both.size), _cells(both.right, both.size)),
-        float(np.median(np.ptp(np.nan_to_num(both.left[..., 0], nan=np.nanmean(both.left)), axis=1)) / both.size[0]),
+        float(np.median(np.nanmax(both.left[..., 0], axis=1) - np.nanmin(both.left[..., 0], axis=1)) / both.size[0]),
         (float(np.nanmedian(edges[0])), float(np.nanmedian(edges[1]))), float(max(np.nanmedian(a.rms_px) for a in (left, right))),
     )  # fmt: skip
 

@@ -17,6 +17,7 @@ from stereo_lab.position import kabsch
 
 RULER_MM = 3.0  # a ruler held by hand is not farther off than this
 WRONG_MM = 3 * RULER_MM  # a line that is farther off is wrong
+FLAT_MM = 6 * WRONG_MM  # a column that differs by less in its set has no sign that could be told: it lies in one plane
 DRAWS = 60  # of three lines each, from which a turn and shift are tried
 SEED = 0
 WRONG_WAY_DEG = 60.0  # x is to the right, y up and depth away, about: no bench is turned more than this
@@ -154,6 +155,8 @@ def likeliest_table(points: np.ndarray, table: np.ndarray, deep: np.ndarray, set
             mended = table + np.outer(np.where(inside, by, 0.0), np.arange(3) == axis)
             undo(SHIFTED, "origin", f"{AXES[axis]} {by:.0f}", mended, (set_name,))
         for axis in range(3):
+            if np.ptp(table[inside, axis]) < FLAT_MM:
+                continue
             turned = table * np.where(np.outer(inside, np.arange(3) == axis), -1, 1)
             by = _other_origin(points, turned, deep, inside)[axis]
             mended = turned + np.outer(np.where(inside, by, 0.0), np.arange(3) == axis)

@@ -9,7 +9,7 @@ import numpy as np
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.doctor.advice import ADVICE
 from stereo_lab.doctor.findings import COSTS, NOTE, STOPS, Finding
-from stereo_lab.doctor.numbers import UNITS, WRONG_MM, Mistake, place
+from stereo_lab.doctor.numbers import FLAT_MM, UNITS, WRONG_MM, Mistake, place
 from stereo_lab.errors import StereoLabError
 from stereo_lab.localization.matching import SIZE
 from stereo_lab.position import kabsch
@@ -164,3 +164,24 @@ def arm_told(recording: Recording) -> list[Finding]:
         f"Is it in {UNIT_NAMES[unit]}? Then it reaches {told_mm(unit * reach)} mm."
     )
     return [Finding("arm_unit", says, ADVICE["arm_unit"], severity=COSTS)]
+
+
+def plane_told(recording: Recording) -> list[Finding]:
+    """Places of position that lie in no plane, or not in that of the arm: an arm follows a ball in its own plane alone."""
+    try:
+        depths = [s.measured.depth_mm for s in recording.samples("position")]
+    except StereoLabError:  # told elsewhere
+        return []
+    if not depths:
+        return []
+    if np.ptp(depths) > FLAT_MM:
+        says = (
+            f"The places of position lie {told_mm(min(depths))} to {told_mm(max(depths))} mm deep. They are to lie in one plane, "
+            "that of the arm: the paper's two straight lines hold nowhere else."
+        )
+        return [Finding("not_flat", says, ADVICE["not_flat"])]
+    plane, told = float(np.median(depths)), recording.arm_depth_mm
+    if recording.arm_is_shipped or abs(plane - told) < max(FLAT_MM, recording.ball.diameter_mm / 2):
+        return []
+    says = f"The places of position lie {told_mm(plane)} mm deep, and recording.json has the arm's plane at {told_mm(told)} mm."
+    return [Finding("arm_plane", says, ADVICE["arm_plane"])]
