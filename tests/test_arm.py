@@ -761,6 +761,24 @@ def test_monitor_refuses_no_time(capsys, seconds):
     assert "above zero" in capsys.readouterr().err
 
 
+def test_a_limit_that_is_told_can_be_reached():
+    """It is told to the thousandth of a degree, and is set no farther out than that."""
+    with connect("virtual://arm") as arm:
+        arm.set(1, "hi", 52.3456)
+        arm.set(1, "lo", -52.3456)
+        assert arm.limits_deg[0] == (-52.345, 52.345)
+        assert arm.move_to(JointAngles(52.345, 0.0)).theta1_deg == pytest.approx(52.345, abs=0.3)
+
+
+def test_a_joint_is_calibrated_wherever_it_stands():
+    with connect("virtual://arm") as arm:
+        arm.home()
+        arm.weigh()
+        arm.move_to(JointAngles(0.0, 100.0))
+        arm.disable()
+        assert arm.calibrate(2).speed_per_volt > 0
+
+
 def test_a_glitch_on_a_home_switch_is_no_switch():
     joint = Joint()
     for closed, pressed in ((1, 0), (1, 0), (0, 0), (1, 0), (1, 0), (1, 1), (1, 1)):

@@ -20,7 +20,7 @@ import pytest
 from conftest import ROOT
 from stereo_lab.calibration import store
 from stereo_lab.cli import main
-from stereo_lab.common.files import read_json, read_table, whole_folder, write_whole
+from stereo_lab.common.files import read_json, read_table, typed, whole_folder, write_whole
 from stereo_lab.common.threads import one_thread
 from stereo_lab.depth import OffsetDepth
 from stereo_lab.detection import BallColor, BallDetector
@@ -28,6 +28,7 @@ from stereo_lab.errors import RecordingError, StereoLabError
 from stereo_lab.exercises import progress, questions
 from stereo_lab.localization import Localizer
 from stereo_lab.recording import Ball, Board, import_images, open_recording, read_image
+from stereo_lab.recording.cameras import CameraPair
 from stereo_lab.recording.strays import strays
 
 FACTS = {
@@ -898,3 +899,48 @@ def test_a_recording_by_its_file_and_a_table_by_hand(bench, tmp_path):
     table.write_text("\n".join([lines[0], *(line.replace(",", ".jpg,", 1) for line in lines[1:])]), encoding="utf-8")
     samples = open_recording(tmp_path / "mine" / "recording.json").samples("depth")
     assert [s.use for s in samples] == told and "fit" in told
+
+
+def test_a_column_that_is_there_twice_is_told(tmp_path):
+    table = tmp_path / "measured.csv"
+    table.write_text("name,x_mm,y_mm,x_mm\n000,1,2,9\n")
+    with pytest.raises(RecordingError, match="the column x_mm is there more than once"):
+        read_table(table, ("name", "x_mm", "y_mm"))
+
+
+def test_a_file_that_may_not_be_written_is_left_alone(tmp_path, monkeypatch):
+    """A new one in its place would need no leave."""
+    path = tmp_path / "kept.json"
+    write_whole(path, "old")
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    with pytest.raises(StereoLabError, match="may not be written to"):
+        write_whole(path, "new")
+    assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need a privilege there")
+def test_a_link_to_an_empty_folder_is_filled(tmp_path):
+    (tmp_path / "far").mkdir()
+    (tmp_path / "near").symlink_to(tmp_path / "far")
+    with whole_folder(tmp_path / "near") as made:
+        made.mkdir()
+        (made / "it.txt").write_text("x")
+    assert (tmp_path / "far" / "it.txt").exists() and (tmp_path / "near").is_symlink()
+
+
+@pytest.mark.parametrize(
+    ("path", "words"), [("data/mine", "data/mine"), ("my rig", '"my rig"'), ("rig(1)", '"rig(1)"'), ("C:\\rigs\\é", "C:\\rigs\\é")]
+)  # fmt: skip
+def test_a_path_in_a_command_can_be_typed(path, words):
+    assert typed(path) == words
+
+
+@pytest.mark.parametrize("words", [("arm", "list"), ("arm", "torque"), ("arm", "virtual://arm"), ("places",)])
+def test_with_json_the_terminal_shows_json_alone(capsys, words):
+    assert main([*words, "--json", "-"]) == 0
+    json.loads(capsys.readouterr().out)
+
+
+def test_one_camera_is_no_pair():
+    with pytest.raises(StereoLabError, match="Expected two cameras, got number 0 for both"):
+        CameraPair(0, 0, (640, 480))

@@ -206,8 +206,11 @@ def test_more_than_there_is_room_for(tmp_path, monkeypatch):
 def test_what_another_system_would_not_take_is_told(school, tmp_path):
     write(school / "what?.txt", "x")
     (school / "link").symlink_to("/etc/passwd")
+    for name in ("aux.csv", "con/y.txt", "COM1.ipynb", "notes.", "run ", "a\tb.txt"):
+        write(school / name, "x")
+    write(school / "console.txt", "x")
     _, left_out = pack(school, tmp_path / "ada.zip")
-    assert left_out == ["link", "what?.txt"]
+    assert left_out == ["COM1.ipynb", "a\tb.txt", "aux.csv", "con/y.txt", "link", "notes.", "run ", "what?.txt"]
     unpack(tmp_path / "ada.zip", tmp_path / "home")
 
 

@@ -164,6 +164,9 @@ SCENES = {
         (0.1, "EN 1"), (0.1, load(-0.9, 0.0)), (2, "MV 1 100"), (0.1, load(-2.2, 0.0)), (1, "MV 1 100"), (0.5, load(0.0, 0.0)), (0.1, "EN 1"), (1, "MODE pid"), (1.5, "MV 1 20"), (0.1, "MODE rule"), (0.1, fault("reversed", 2)),
         (2, "MV 2 100 20"), (0.5, "EN 1"), (0.1, "MODE pid"), (4, "HM 1"),
     ],
+    "the paper's way to a limit": [
+        (0.1, "EN 1"), (0.1, "MODE rule"), (4, "MV 1 165"), (4, "MV 2 -155"), (4, "MV 2 150"), (0.1, "SET 1 cruise 360"), (4, "MV 1 -165"), (0.1, "EN 1"), (4, "MV 1 160"),
+    ],
     "the paper's way with a weight": [
         *WEIGHED, (2, "MA 30 20"), (0.5, load(0.25, 0.0)), (1.5, "MV 1 40"), (0.02, "GET 1 held"), (0.5, "MODE rule"), (2, "MV 1 70"), (1, "PW 1 60 150"), (0.3, "MV 1 0"),
         (1, "ST"), (0.02, "?"), (1, "MODE pid"), (1.5, "MV 1 20"),

@@ -416,7 +416,8 @@ def test_a_broken_last_line_is_counted_and_left_out(tmp_path):
     path = tmp_path / "run.jsonl"
     log = RunLog(path, HEAD)
     for k in range(5):
-        log.write({"number": k, "time_s": k / 10, "said": "follows", "seen": True, "dropped": k % 2})
+        facts = {"number": k, "time_s": k / 10, "said": "follows", "seen": True, "dropped": k % 2}
+        log.write(facts | {"rate_hz": 10.0 if k else 65.0})
     log.write({"said": "touched ball 1"})  # as an older kit wrote it, without a time
     log.close()
     with open(path, "a") as file:
@@ -427,6 +428,7 @@ def test_a_broken_last_line_is_counted_and_left_out(tmp_path):
     assert (summary["pictures"], summary["seen"], summary["dropped"]) == (5, 5, 2) and summary[
         "seconds"
     ] == pytest.approx(0.4)
+    assert summary["rate_hz"]["mean"] == pytest.approx(10.0)  # four gaps in 0.4 s, whatever one gap seemed
     assert summary["said"] == {"follows": 5, "touched ball 1": 1} and summary["latency_ms"] is None
 
 

@@ -40,6 +40,22 @@ def test_the_swap_is_offered_and_done(swapped, capsys):
     assert sorted(p.name for p in (swapped / "snaps").iterdir()) == ["left"]
 
 
+@pytest.mark.parametrize("end", [KeyboardInterrupt, PermissionError(13, "No")])
+def test_a_swap_that_is_broken_off_is_taken_back(swapped, monkeypatch, end):
+    before = {path.relative_to(swapped): path.read_bytes() for path in swapped.rglob("*.jpg")}
+    renames, rename = iter([False, False, True]), os.rename
+
+    def broken_off(*names):
+        if next(renames, False):
+            raise end
+        rename(*names)
+
+    monkeypatch.setattr(os, "rename", broken_off)
+    with pytest.raises((KeyboardInterrupt, RecordingError)):
+        swap_sides(open_recording(swapped))
+    assert {path.relative_to(swapped): path.read_bytes() for path in swapped.rglob("*.jpg")} == before
+
+
 def test_cameras_that_stand_rightly_stay_as_they_are(swapped, capsys):
     assert main(["calibrate", str(swapped), "--swap"]) in (0, 1)
     first = (swapped / "calibration" / "left" / "000.jpg").read_bytes()

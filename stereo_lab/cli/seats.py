@@ -72,6 +72,7 @@ def run_ready(options: argparse.Namespace) -> int:
 
 def run_pack(options: argparse.Namespace) -> int:
     """Write a learner's folder into one file. The exit code is OK."""
+    from stereo_lab.common.files import typed
     from stereo_lab.seats.moving import pack
 
     folder = work_folder(options.name)
@@ -82,8 +83,7 @@ def run_pack(options: argparse.Namespace) -> int:
     )
     for name in left_out:
         print(f"Left out, for another system would not take it: {name}")
-    name = f'"{out.name}"' if " " in out.name else out.name
-    print(f"On the other computer: {me()} unpack {name}{whose(options.name)}")
+    print(f"On the other computer: {me()} unpack {typed(out.name)}{whose(options.name)}")
     return OK
 
 

@@ -132,6 +132,8 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
     part = None
     try:
         target = Path(os.path.realpath(path))  # a link stays a link: the file it leads to is written
+        if target.exists() and not os.access(target, os.W_OK):  # a new file in its place would need no leave
+            raise PermissionError(errno.EACCES, "It is there, and may not be written to")
         target.parent.mkdir(parents=True, exist_ok=True)
         handle, part = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
         with os.fdopen(handle, "wb") as file:
@@ -170,6 +172,7 @@ def whole_folder(out: Path) -> Iterator[Path]:
     StereoLabError
         If it cannot be written, or the disk is full.
     """
+    out = Path(os.path.realpath(out))  # a link stays a link: the folder it leads to is filled
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=f".{out.name}_", dir=out.parent) as made:
@@ -289,6 +292,9 @@ def read_table(path: str | Path, columns: Sequence[str]) -> list[tuple[str, dict
         text = read_text(path)
         rows = _rows(text)
         names = [name.strip().lower() for name in rows.fieldnames or []]
+        twice = [name for name in columns if names.count(name) > 1]
+        if twice:
+            raise RecordingError(f"{path}, line 1: the column {', '.join(twice)} is there more than once. Keep one.")
         missing = [column for column in columns if column not in names]
         if missing:
             raise RecordingError(
@@ -353,5 +359,5 @@ def delimiter_of(text: str) -> str:
 
 
 def typed(path: str | Path) -> str:
-    """A path as it is typed after a command: in quotes where it has blanks."""
-    return f'"{path}"' if " " in str(path) else str(path)
+    """A path as it is typed after a command: in quotes where it has blanks, or signs that a shell reads in its own way."""
+    return f'"{path}"' if re.search(r"[^\w./\\:~+@%,=-]", str(path)) else str(path)

@@ -17,7 +17,7 @@ GOES_ON = "(go(es)? on|keeps?|continues?|carr(y|ies) on|follows?|predicts?|guess
 STOPS = "(stop|brake|halt|freeze|wait|stand|stay|hold|pause)s?"
 MOMENT = "(a (short |little )?(moment|while|time|bit)|0[.,]\\d+ ?s(econds?)?( |,|$)|(some|a few) tenths)"
 TOO_LONG = "((hours?|minutes?|days?|(?<!\\d )(?<!\\d)seconds)\\b|(?<![.,\\d])([2-9]|\\d{2,}) ?s(ec(ond)?s?)?\\b|\\b\\d{4,} ?ms\\b|a long time)"
-SHORT = "(\\b(short(er)?|small|tiny|little|lollipop|usb|match(stick)?|toothpick|pen|pencil|chopstick)\\b|(?<![\\d.,])[1-4]?\\d([.,]\\d+)? ?(cm|centimet(re|er)s?)\\b|(?<![\\d.,])([1-4]?\\d)?\\d([.,]\\d+)? ?(mm|millimet(re|er)s?)\\b|(?<!\\d)0?[.,][0-4]\\d* ?(m|met(re|er)s?)\\b|(few|some) (mm|cm)\\b)"
+SHORT = "(\\b(short(er)?|small|tiny|little|lollipop|usb|match(stick)?|toothpick|pen|pencil|chopstick)\\b|(?<![\\d.,])\\d?\\d([.,]\\d+)? ?(cm|centimet(re|er)s?)\\b|(?<![\\d.,])\\d{1,3}([.,]\\d+)? ?(mm|millimet(re|er)s?)\\b|(?<!\\d)0?[.,]\\d+ ?(m|met(re|er)s?)\\b|(few|some) (mm|cm)\\b)"
 NO_END = "(until|till|for ?ever|always|never)"
 
 
@@ -372,7 +372,7 @@ def _hold():
                 Wrong("on a table in its plane", "the forearm sweeps through the table to get there."),
                 Wrong("thrown to it", "a ball in free fall is too fast for these motors, and the arm would swing after it."),
             ),
-            "longer than the arm reaches, and one hand at the switch of the supply.",
+            "a metre long or more, and somebody else's hand at the switch of the supply.",
             also=("a stick", "on a long stick"),
             same=(
                 (f".*{SHORT}.*", "short"),
@@ -384,7 +384,7 @@ def _hold():
             ),
             beside=(
                 (".*stick.*(danger|forbid|unsafe).*", "what is longer than the arm reaches keeps you out of its way. What would be safer?"),
-                (f".*{SHORT}.*", "then your hand is within the reach of the arm. What is longer than it reaches?"),
+                (f".*{SHORT}.*", "then your hand is within the metre round the shoulder that stays free. What keeps it out of that?"),
                 (".*(switch|supply|power).*", "there one person stands. What holds the ball, and keeps all of you out of reach?"),
                 (".*(card|paper|board|cushion).*", "what carries that? Whatever is near the ball is near the arm: what is longer than it reaches?"),
                 ("(far|away|nowhere|anywhere|somewhere|behind).*", "it must be where the arm can reach it, and you must not. What holds it there?"),

@@ -308,7 +308,7 @@ def _help():
                 ("(my |your )?best pair|one pair", "your best pair of pictures"), ("^((what )?the doctor(( says)|'s (words|report|findings|output))?|(the )?report|check(\\.html)?)$", "the doctor's words alone"),
                 ("^(the )?(whole )?(folder|recording)( alone)?$", "the recording alone"),
                 (
-                    "^(the |my )?(whole )?(folder|recording|data/\\w+),?( and| plus| with| ?\\+)? ?(the )?(what (the )?)?(doctor('s)? |stereo-lab )?(doctor|report|words|output|findings|check(\\.html)?)( says|'s words)?$"
+                    "^(a |the |my )?(zip of the )?(whole )?(folder|recording|data/\\w+),?( and| plus| with| ?\\+)? ?(the )?((what|output of) (the )?)?(doctor('s)? |stereo-lab )?(doctor|report|words|output|findings|check(\\.html)?)( says|'s words)?$"
                     "|^(the )?(doctor('s)? )?(doctor|report|words|output|findings|check(\\.html)?)( says|'s words)?,?( and| plus| with|\\+)? ?(the )?(whole )?(folder|recording)$",
                     "the recording and what the doctor says",
                 ),

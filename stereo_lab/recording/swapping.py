@@ -35,9 +35,11 @@ def swap_sides(*recordings: Recording) -> list[str]:
             for before, after in (("left", "swapping"), ("right", "left"), ("swapping", "right")):
                 os.rename(folder / before, folder / after)
                 done.append((folder / before, folder / after))
-    except OSError as error:
+    except BaseException as error:
         for before_path, after_path in reversed(done):
             os.rename(after_path, before_path)
+        if not isinstance(error, OSError):
+            raise
         raise RecordingError(
             f"{error.filename} cannot be renamed: {error.strerror}. Close what shows their pictures, or "
             "copy the recording to a folder that may be written."

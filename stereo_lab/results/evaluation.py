@@ -86,10 +86,12 @@ class Results:
         errors, _ = self.errors("cone", "volume")
         poses = zip(self.limit.names, self.limit.sigma_d_px.tolist(), self.limit.sigma_mm.tolist(), strict=True)
         return {
-            "sigma_d_px": float(np.median(self.limit.sigma_d_px)),
-            "limit_depth_mm": self.limit.mean_mm,
-            "reached_over_limit": float(np.abs(errors[:, 2]).mean() / self.limit.mean_mm),
-            "limits": {name: {"sigma_d_px": px, "sigma_mm": mm} for name, px, mm in poses},
+            "sigma_d_px": _number(np.median(self.limit.sigma_d_px)),
+            "limit_depth_mm": _number(self.limit.mean_mm),
+            "reached_over_limit": _number(np.abs(errors[:, 2]).mean() / self.limit.mean_mm)
+            if self.limit.mean_mm
+            else None,
+            "limits": {name: {"sigma_d_px": _number(px), "sigma_mm": _number(mm)} for name, px, mm in poses},
         }
 
     def _evaluation_facts(self, method):
@@ -102,6 +104,11 @@ class Results:
                 facts[use]["missed"] = sum(p is None for _, p in rows)
         facts["missed"] = sum(p is None for _, p in self.found[method])
         return facts
+
+
+def _number(value):
+    """For JSON, which knows no infinity: a limit that pictures without noise, or without an outline, do not tell is None."""
+    return float(value) if np.isfinite(value) else None
 
 
 def _spread(errors):

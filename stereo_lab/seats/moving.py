@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import re
 import shutil
 import time
 import zipfile
@@ -21,7 +22,9 @@ from stereo_lab.work import MARK, SEAT, as_copies, copies_of, digest_of, keep_be
 LARGEST = 2_000_000_000  # bytes, unpacked: fifty recordings of one's own
 MOST = 20_000  # files
 PASSED_OVER = (".ipynb_checkpoints", "__pycache__")
-NOT_EVERYWHERE = '\\:*?"<>|'  # signs that mean something else in a name on some system
+# Signs that mean something else in a name on some system, and names that Windows keeps for itself or cuts short
+NOT_EVERYWHERE = '\\:*?"<>|' + "".join(map(chr, range(32)))
+NOT_ON_WINDOWS = re.compile(r"[. ]$|^(con|prn|aux|nul|com[1-9]|lpt[1-9])(\.|$)", re.IGNORECASE)
 # What a zip file can tell of a time; a clock with an empty battery is before it
 EARLIEST, LATEST = (1980, 1, 1, 0, 0, 0), (2107, 12, 31, 23, 59, 58)
 LARGEST_MARK = 1_000_000  # bytes; it names a dozen copies
@@ -91,8 +94,8 @@ def _files(folder, own, left_out):
         if path in own or (path.is_dir() and not path.is_symlink()) or set(PASSED_OVER) & set(PurePosixPath(name).parts):  # fmt: skip
             continue
         legible = name.encode("utf-8", "replace").decode()  # "?" for what is no letter in any name
-        nowhere = path.is_symlink() or not path.is_file() or any(sign in legible for sign in NOT_EVERYWHERE)
-        if nowhere or name.casefold() in taken:
+        strange = set(legible) & set(NOT_EVERYWHERE) or any(map(NOT_ON_WINDOWS.search, legible.split("/")))
+        if strange or path.is_symlink() or not path.is_file() or name.casefold() in taken:
             left_out.append(legible)
         else:
             taken.add(name.casefold())
@@ -156,9 +159,7 @@ def _names(file, packed, folder):
     for entry in entries:
         name, kind = entry.filename, (entry.external_attr >> 16) & 0o170000
         parts = PurePosixPath(name).parts
-        climbs = (
-            not parts or name.startswith("/") or ".." in parts or any(sign in name for sign in NOT_EVERYWHERE + "\0")
-        )
+        climbs = not parts or name.startswith("/") or ".." in parts or set(name) & set(NOT_EVERYWHERE)
         if climbs or kind not in (0, 0o100000) or not Path(os.path.realpath(folder / name)).is_relative_to(root):
             raise StereoLabError(
                 f"{packed}: {name!r} leads out of the folder, or is no plain file. Nothing was unpacked."
