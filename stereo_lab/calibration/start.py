@@ -119,11 +119,16 @@ def _errors(views, flat, left_poses, relative, right_lens):
         x, y, z = np.moveaxis(in_left @ rotation.T + translation, -1, 0)
         with np.errstate(divide="ignore", invalid="ignore"):
             told = right_lens[:2] * np.stack([x / z, y / z], -1) + right_lens[2:4]
-        errors.append(np.nanmean(np.linalg.norm(told - seen, axis=-1), axis=1))
+        errors.append(_mean(np.linalg.norm(told - seen, axis=-1), axis=1))
     return np.nan_to_num(errors, nan=np.inf)
 
 
 def _guess(views):
     """Median over the views of how far the right corners lie from their mean over all views, px."""
     right = np.array([v.right for v in views])
-    return np.median(np.nanmean(np.linalg.norm(right - np.nanmean(right, axis=0), axis=2), axis=1))
+    return np.median(_mean(np.linalg.norm(right - _mean(right, axis=0), axis=2), axis=1))
+
+
+def _mean(values, axis):
+    """The mean of what is known, NaN where nothing is."""
+    return np.ma.masked_invalid(values).mean(axis).filled(np.nan)
