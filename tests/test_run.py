@@ -661,7 +661,7 @@ def test_an_arm_is_not_sent_where_a_rendered_calibration_says(bench, tmp_path, c
         film.release()
     words = ["run", "--source", f"cameras:{films[0]},{films[1]}"]
     assert cli.main([*words, "--arm", "virtual://arm"]) == 2
-    assert "Name your recording with --recording" in capsys.readouterr().err
+    assert "Open your recording. Name it with --recording" in capsys.readouterr().err
     assert cli.main([*words, "--seconds", "0.1"]) == 0
     assert "is rendered: its calibration is not that of your cameras" in capsys.readouterr().err
 

@@ -89,8 +89,8 @@ def run_live(options: argparse.Namespace) -> int:
         stage = open_recording(options.recording) if told else None
         source = stack.enter_context(open_source(options.source, rate_hz=options.rate, recording=stage))
         recording = stage or getattr(source, "recording", None) or open_recording()
-        if options.source.startswith("cameras:") and options.recording is None and "cameras" in recording.truth:
-            _tell_whose_calibration(recording, options.arm)
+        if options.recording is None:
+            _check_stage(options, recording)
         localizer = Localizer.fit(recording, color=options.color)
         tell_fit(localizer, recording)
         arm = None if options.arm is None else stack.enter_context(_arm(options.arm, recording))
@@ -114,12 +114,16 @@ def run_live(options: argparse.Namespace) -> int:
     return WANTING if cut_off else OK
 
 
-def _tell_whose_calibration(recording, arm):
-    """Real cameras cannot be those of a rendered recording: an arm is not sent where they would say."""
-    words = f"{recording.name} is rendered: its calibration is not that of your cameras. Name your recording with --recording."
-    if arm is not None:
-        raise StereoLabError(words)
-    print(words, file=sys.stderr)
+def _check_stage(options, recording):
+    """Real cameras cannot be those of a rendered recording: that is said, and no arm is sent where they would say."""
+    from stereo_lab.live import stage_of
+
+    try:
+        stage_of(options.source, recording)
+    except StereoLabError as error:
+        if options.arm is not None:
+            raise StereoLabError(f"{error} Name it with --recording.") from None
+        print(error, file=sys.stderr)
 
 
 def _arm(url, recording):

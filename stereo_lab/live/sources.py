@@ -249,7 +249,16 @@ def stage_of(name: str, recording: Recording) -> Recording:
     -------
     Recording
         For the virtual bench the shipped one, where the one in use was taken with real cameras: nobody knows what those would see.
+
+    Raises
+    ------
+    StereoLabError
+        If the cameras are real and the recording is rendered: an arm would be sent where its calibration says.
     """
+    if name.startswith("cameras:") and "cameras" in recording.truth:
+        raise StereoLabError(
+            f"{recording.name} is rendered: its calibration is not that of your cameras. Open your recording."
+        )
     if name != "virtual" or "cameras" in recording.truth:
         return recording
     return open_recording("bench")
