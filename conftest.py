@@ -1,6 +1,7 @@
 """What every test run stands on: a home of its own, notebooks compared as numbers, the shipped recordings."""
 
 import os
+import signal
 import tempfile
 from pathlib import Path
 
@@ -36,11 +37,14 @@ IPyNbCell.sanitize = sanitize
 
 @pytest.fixture(autouse=True)
 def environment():
-    """What a test leaves in the environment (a command sets the backend of its figures) reaches no test after it."""
+    """What a test leaves behind (a command sets the backend of its figures, and what ends it) reaches no test after it."""
     before = dict(os.environ)
+    ends = {number: signal.getsignal(number) for number in (signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM))}
     yield
     os.environ.clear()
     os.environ.update(before)
+    for number, end in ends.items():
+        signal.signal(number, end)
 
 
 @pytest.fixture(scope="session")

@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -237,6 +238,23 @@ def test_ctrl_c_is_left_to_jupyterlab(tmp_path, monkeypatch):
     monkeypatch.setattr(course.subprocess, "Popen", lambda *_, **__: Started())
     monkeypatch.setenv("STEREO_LAB_WORK", str(tmp_path))
     assert main(["start"]) == 0 and next(waits, None) is None
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a terminal's window is closed another way there")
+@pytest.mark.parametrize("nohup", [False, True])
+def test_whoever_closes_the_window_ends_jupyterlab_in_its_own_way(monkeypatch, nohup):
+    """It inherits that the signal is ignored, and gets the one by which it shuts its kernels down."""
+    signal.signal(signal.SIGHUP, signal.SIG_IGN if nohup else signal.SIG_DFL)
+    inherited, ended = [], []
+    lab = SimpleNamespace(terminate=lambda: ended.append("told"))
+    monkeypatch.setattr(
+        course.subprocess, "Popen", lambda *_, **__: inherited.append(signal.getsignal(signal.SIGHUP)) or lab
+    )
+    assert course._jupyterlab([], {}) is lab and inherited == [signal.SIG_IGN]
+    signal.raise_signal(signal.SIGHUP)
+    assert ended == ([] if nohup else ["told"])
+    signal.raise_signal(signal.SIGTERM)
+    assert ended[-1] == "told" and len(ended) == (1 if nohup else 2)
 
 
 def test_reset_by_command(tmp_path):

@@ -78,9 +78,8 @@ def run_start(options: argparse.Namespace) -> int:
 def _jupyterlab(command, environment):
     """It ends with this program, or with the terminal's window, and shuts its kernels down then: they let go of their arms."""
     hang_up = getattr(signal, "SIGHUP", signal.SIGTERM)
-    before = signal.signal(
-        hang_up, signal.SIG_IGN
-    )  # JupyterLab inherits it: by itself it would die at once, and its kernels
+    # JupyterLab inherits that it is ignored: by itself it would die of it at once, and its kernels with it
+    before = signal.signal(hang_up, signal.SIG_IGN)
     lab = subprocess.Popen(command, env=environment)
     for number in {signal.SIGTERM, hang_up if before == signal.SIG_DFL else signal.SIGTERM}:
         signal.signal(number, lambda *_: lab.terminate())
