@@ -837,6 +837,19 @@ def test_an_arm_in_centimetres(third_rig, tmp_path):
     assert finding.name == "arm_unit" and "Is it in centimetres?" in finding.says
 
 
+@pytest.mark.parametrize(("down_px", "severity"), [(1.5, "note"), (3.0, "stops"), (8.0, "stops")])
+def test_a_camera_that_nodded_between_boards_and_balls(third_rig, tmp_path, down_px, severity):
+    """Before the balls are lost by it, and told by the rule by which the localizer loses them."""
+    spoilt = spoil(third_rig, tmp_path / "spoilt", [])
+    for path in [*(spoilt.path / "position/right").iterdir(), *(spoilt.path / "depth/right").iterdir()]:
+        image = cv2.imread(str(path))
+        lower = cv2.warpAffine(image, np.float32([[1, 0, 0], [0, 1, down_px]]), image.shape[1::-1], borderMode=1)
+        cv2.imwrite(str(path), lower, [cv2.IMWRITE_JPEG_QUALITY, 98])
+    shutil.rmtree(spoilt.path / "evaluation", ignore_errors=True)
+    moved = [f for f in check_recording(open_recording(spoilt.path)).findings if f.name == "camera_moved"]
+    assert [f.severity for f in moved] == [severity] and "px lower than the boards tell" in moved[0].says
+
+
 def test_an_arm_whose_plane_is_elsewhere(third_rig, tmp_path):
     spoilt = spoil(third_rig, tmp_path / "spoilt", [])
     facts = json.loads((spoilt.path / "recording.json").read_text())

@@ -14,6 +14,7 @@ from stereo_lab.detection.color import HUES, WARM
 from stereo_lab.doctor.known import CENTER_PX
 from stereo_lab.errors import StereoLabError
 from stereo_lab.localization import find_pair
+from stereo_lab.localization.matching import rows_may_differ_px
 from stereo_lab.recording import Ball, Sample
 
 ROW_PX = 4.0  # two balls on rows farther apart are not one
@@ -30,7 +31,7 @@ class Sighting:
     name : str, "position/003"
     sample : Sample
     left, right : Detection or None, what each camera sees
-    rows_px : float or None, how much lower the right picture shows a ball than the left one, where they are not one by that
+    rows_px : float or None, how much lower the right picture shows a ball than the left one, where both show one
     """
 
     name: str
@@ -47,7 +48,14 @@ class Sighting:
     @property
     def seen(self) -> bool:
         """Whether both cameras see it."""
-        return self.left is not None and self.right is not None and self.rows_px is None
+        return self.rows_px is not None and abs(self.rows_px) < ROW_PX
+
+    @property
+    def apart(self) -> bool:
+        """Whether the localizer takes what both cameras see for two things, by their rows."""
+        if self.left is None or self.right is None or self.rows_px is None:
+            return False
+        return abs(self.rows_px) > rows_may_differ_px(self.left, self.right)
 
 
 def state_of_balls(
@@ -82,9 +90,7 @@ def look_for_balls(
         left, right = (detector.detect(image) for detector, image in zip(detectors, images, strict=True))
         if not _one_ball(calibration, left, right):
             left, right = find_pair(calibration, detectors, ball.diameter_mm, *images) or (left, right)
-        rows_px = None
-        if left is not None and right is not None and not _one_ball(calibration, left, right):
-            rows_px = _rows_px(calibration, left, right)
+        rows_px = None if left is None or right is None else _rows_px(calibration, left, right)
         sightings.append(Sighting(name, sample, left, right, rows_px))
         if progress:
             progress(done, len(samples))

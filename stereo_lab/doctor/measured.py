@@ -106,11 +106,12 @@ def _samples(recording, exchanged, swapped):
 
 
 def _lost(sightings: Sequence[Sighting], recording: Recording) -> list[Finding]:
-    lost = [s for s in sightings if not s.seen]
-    if not lost:
-        return []
-    if moved := moved_up_or_down(sightings):
+    if (moved := moved_up_or_down(sightings)) and moved.severity == STOPS:
         return [moved]
+    told = [moved] if moved else []
+    lost = [s for s in sightings if not s.seen and not (moved and s.name in moved.files)]
+    if not lost:
+        return told
     files, many = tuple(s.name for s in lost), len(lost) > LOST_PART * len(sightings)
     lost_of, all_of = (Counter(s.set_name for s in some) for some in (lost, sightings))
     bereft = [name for name in SETS if lost_of[name] > all_of[name] / 2]
@@ -119,9 +120,8 @@ def _lost(sightings: Sequence[Sighting], recording: Recording) -> list[Finding]:
     where = f", in most of the {listed('set', bereft)}" if bereft and not many else ""
     says = f"The ball was lost in {len(lost)} of {len(sightings)} measured pairs{where}. {why}"
     values = tuple((s.name, float(s.seen)) for s in sightings)
-    return [
-        Finding(name, says, ADVICE[name], files, None, severity, Evidence("ball seen by both cameras", values, files))
-    ]
+    evidence = Evidence("ball seen by both cameras", values, files)
+    return [*told, Finding(name, says, ADVICE[name], files, None, severity, evidence)]
 
 
 def _other_name(seen, recording):

@@ -9,25 +9,33 @@ import numpy as np
 
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.doctor.advice import ADVICE
-from stereo_lab.doctor.balls import ROW_PX, Sighting, places
-from stereo_lab.doctor.findings import STOPS, Finding
+from stereo_lab.doctor.balls import Sighting, places
+from stereo_lab.doctor.findings import COSTS, NOTE, STOPS, Finding
 from stereo_lab.doctor.numbers import Mistake, place
+from stereo_lab.localization.matching import ROW_PX
 
+# A ball's centre is told to some hundredths of a pixel, the boards' rows to a tenth: so much is a move, where all balls agree on it
+A_LITTLE_PX, ALIKE = 1.0, 3.0
 ASIDE_PX = np.linspace(-24, 24, 25)  # so far to the side a camera that was turned may show the balls
 
 
 def moved_up_or_down(sightings: Sequence[Sighting]) -> Finding | None:
-    """Where both cameras see most of the balls, but never on one row, and always as far from it."""
-    apart = [s for s in sightings if s.rows_px is not None]
-    rows = np.array([s.rows_px for s in apart])
-    if len(rows) <= len(sightings) / 2 or np.median(np.abs(rows - np.median(rows))) > ROW_PX:
+    """Where both cameras see most of the balls, but always as far from one row: so far that they are lost, or a little."""
+    both = [s for s in sightings if s.rows_px is not None]
+    apart = tuple(s.name for s in both if s.apart)
+    rows = np.array([s.rows_px for s in both])
+    if len(rows) <= len(sightings) / 2:
         return None
     lower = float(np.median(rows))
+    scatter, lost = float(np.median(np.abs(rows - lower))), len(apart) > len(sightings) / 2
+    if scatter > ROW_PX or not lost and abs(lower) < max(A_LITTLE_PX, ALIKE * scatter):
+        return None
     says = (
-        f"Both cameras see the ball, but in {len(rows)} of {len(sightings)} measured pairs the right one sees it {abs(lower):.0f} px "
+        f"Both cameras see the ball, but in {len(rows)} of {len(sightings)} measured pairs the right one sees it {abs(lower):.{0 if lost else 1}f} px "
         f"{'lower' if lower > 0 else 'higher'} than the boards tell: one of them was moved between the boards and the balls."
     )
-    return Finding("camera_moved", says, ADVICE["camera_moved"], tuple(s.name for s in apart), None, STOPS)
+    severity = STOPS if lost else COSTS if apart else NOTE
+    return Finding("camera_moved", says, ADVICE["camera_moved"], apart, None, severity)
 
 
 def turned_since(

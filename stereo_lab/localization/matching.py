@@ -127,8 +127,7 @@ def size_errors(
     They are not where they break the epipolar constraint, meet behind the cameras, or seem of another size by far.
     """
     centers = calibration.rectify_centers(left, right)
-    radius = max(left.radius_px, right.radius_px)
-    if abs(centers[0][1] - centers[1][1]) > max(ROW_PX, ROW_OF_RADIUS * radius):
+    if abs(centers[0][1] - centers[1][1]) > rows_may_differ_px(left, right):
         return None
     x, y, z = calibration.triangulate(*centers)[0].tolist()
     if not (math.isfinite(x) and math.isfinite(y) and 0 < z < math.inf):
@@ -140,6 +139,11 @@ def size_errors(
             return None
         errors.append(off / (USUAL + USUAL_PX / ball.radius_px))
     return errors[0], errors[1]
+
+
+def rows_may_differ_px(left: Detection, right: Detection) -> float:
+    """How far apart the rows of the two centres of one ball may be in rectified pictures."""
+    return max(ROW_PX, ROW_OF_RADIUS * max(left.radius_px, right.radius_px))
 
 
 def _nearness(calibration, diameter_mm, ball, side):
