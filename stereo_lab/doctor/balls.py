@@ -14,7 +14,7 @@ from stereo_lab.detection.color import HUES, WARM
 from stereo_lab.doctor.known import CENTER_PX
 from stereo_lab.errors import StereoLabError
 from stereo_lab.localization import find_pair
-from stereo_lab.localization.matching import rows_may_differ_px
+from stereo_lab.localization.matching import rows_may_differ_px, times_as_large
 from stereo_lab.recording import Ball, Sample
 
 ROW_PX = 4.0  # two balls on rows farther apart are not one
@@ -134,11 +134,11 @@ def size_of_ball(
     sightings: Sequence[Sighting], points: np.ndarray, calibration: StereoCalibration
 ) -> tuple[float, float]:
     """The ball's diameter as both cameras tell it, mm: the median, and its standard deviation."""
-    told = []
-    for sighting, point in zip(sightings, points, strict=True):
-        for side, lens_x in (("left", 0.0), ("right", calibration.baseline_mm)):
-            slope = getattr(sighting, side).radius_px / calibration.camera(side)[0][0, 0]
-            told.append(2 * np.linalg.norm(point - [lens_x, 0, 0]) * slope / np.hypot(1, slope))
+    told = np.array([
+        times_as_large(calibration, 1.0, getattr(sighting, side), side, point)
+        for sighting, point in zip(sightings, points, strict=True)
+        for side in ("left", "right")
+    ])  # fmt: skip
     spread = 1.4826 * np.median(np.abs(told - np.median(told)))
     return float(np.median(told)), float(spread / np.sqrt(len(points)))
 

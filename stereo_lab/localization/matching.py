@@ -129,12 +129,11 @@ def size_errors(
     centers = calibration.rectify_centers(left, right)
     if abs(centers[0][1] - centers[1][1]) > rows_may_differ_px(left, right):
         return None
-    x, y, z = calibration.triangulate(*centers)[0].tolist()
-    if not (math.isfinite(x) and math.isfinite(y) and 0 < z < math.inf):
+    point, errors = calibration.triangulate(*centers)[0].tolist(), []
+    if not (all(map(math.isfinite, point)) and point[2] > 0):
         return None
-    errors = []
-    for ball, side, lens_x in ((left, "left", 0.0), (right, "right", calibration.baseline_mm)):
-        off = abs(math.hypot(x - lens_x, y, z) * _nearness(calibration, diameter_mm, ball, side) - 1)
+    for ball, side in ((left, "left"), (right, "right")):
+        off = abs(times_as_large(calibration, diameter_mm, ball, side, point) - 1)
         if off > _room(ball):
             return None
         errors.append(off / (USUAL + USUAL_PX / ball.radius_px))
@@ -144,6 +143,15 @@ def size_errors(
 def rows_may_differ_px(left: Detection, right: Detection) -> float:
     """How far apart the rows of the two centres of one ball may be in rectified pictures."""
     return max(ROW_PX, ROW_OF_RADIUS * max(left.radius_px, right.radius_px))
+
+
+def times_as_large(
+    calibration: StereoCalibration, diameter_mm: float, ball: Detection, side: str, point: Sequence[float]
+) -> float:
+    """How many times as large a ball looks to one camera as one of this diameter would at a point of the rectified left frame, mm."""
+    x, y, z = point
+    lens_x = calibration.baseline_mm if side == "right" else 0.0
+    return math.hypot(x - lens_x, y, z) * _nearness(calibration, diameter_mm, ball, side)
 
 
 def _nearness(calibration, diameter_mm, ball, side):

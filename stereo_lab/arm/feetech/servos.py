@@ -207,14 +207,8 @@ class ServoController:
             self.line.say("!watchdog")
         self.line.answer_questions()
         if self.report_ms and (now - self.reported_s) * 1000 >= self.report_ms:
-            self._periodic_report(now)
-
-    def _periodic_report(self, now):
-        self.reported_s = now
-        if self.line.has_room:
-            self.line.say(wire.encode_status(self.status()))
-        else:
-            self.dropped += 1
+            self.reported_s = now
+            self.line.report()
 
     def _judge(self, j, joint):
         if joint.error & 0x2C or joint.celsius > HOT_C:  # too hot, too much current, overloaded for seconds

@@ -202,14 +202,8 @@ class Controller:
             self.enabled = False
             self.line.say("!watchdog")
         if self.report_ms and self._ms_since(self.reported_ticks) >= self.report_ms:
-            self._periodic_report()
-
-    def _periodic_report(self):
-        self.reported_ticks = self.time_ticks
-        if self.line.has_room:
-            self.line.say(wire.encode_status(self.status()))
-        else:
-            self.dropped += 1
+            self.reported_ticks = self.time_ticks
+            self.line.report()
 
     def _ms_since(self, ticks):
         return (self.time_ticks - ticks) * TICK_S * 1000

@@ -51,6 +51,13 @@ class Interpreter:
             self._asked = False
             self.say(wire.encode_status(self.controller.status()))
 
+    def report(self) -> None:
+        """A status that nobody asked for (``RP``); where the line is full it is left out, and counted."""
+        if self.has_room:
+            self.say(wire.encode_status(self.controller.status()))
+        else:
+            self.controller.dropped += 1
+
     def _real_time(self, byte):
         if byte == ord("!"):
             self.controller.halt(latch=True, fault="e")
