@@ -164,6 +164,21 @@ def test_pictures_that_slip_as_a_whole(seed, px):
     assert names(mends) == ["stabilised"]
 
 
+@pytest.mark.parametrize("seed", slow_after_first(0, 1, 2))
+def test_lenses_that_five_numbers_do_not_describe(seed):
+    """A few tenths of a pixel that hang on the place in the picture, and sharp corners: the pairs belong together."""
+    rng = np.random.default_rng([seed, 77])
+    rig, corners = known_rig(rng), bent_board(rng, 0.4)
+    boards = seen(hold(rng, rig, corners, PAIRS, noise_px=0.02), rig)
+    bumps = rng.uniform(0, rig.size, (2, 6, 2)), rng.normal(0, 0.3, (2, 6, 2))
+    bent = {}
+    for side, places, by in zip(("left", "right"), *bumps, strict=True):
+        pixels = getattr(boards, side)
+        near = np.exp(-(((pixels[:, :, None] - places) / (0.25 * rig.size[0])) ** 2).sum(-1) / 2)
+        bent[side] = pixels + near @ by
+    assert names(mend_pairs(replace(boards, **bent))[0]) == []
+
+
 @pytest.mark.parametrize(("mm", "degrees"), [(0.5, 0.2), (2.0, 1.0), (8.0, 3.0)])
 @pytest.mark.parametrize("seed", slow_after_first(0, 1, 2))
 def test_boards_that_move_between_the_two_pictures(seed, mm, degrees):

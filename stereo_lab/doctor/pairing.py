@@ -17,6 +17,7 @@ from stereo_lab.doctor.steps import (
     Pulls,
     Together,
     fit_together,
+    lenses_straightened,
     off_by,
     pictures_slip,
     what_changed,
@@ -287,7 +288,7 @@ def _fine(together, mends):
             mends.append(Mend("pairs_do_not_match", says, pairs, boards.some(kept), (), replace(seen, marked=pairs)))
             together = fit_together(boards.some(kept))
         else:
-            if spread > ALL_DIFFER:
+            if spread > ALL_DIFFER and Pulls(lenses_straightened(together)).spread() > ALL_DIFFER:
                 mends[:] = [
                     mend for mend in mends if mend.name != "pairs_do_not_match"
                 ]  # they are no odder than the others

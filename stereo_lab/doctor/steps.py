@@ -28,6 +28,8 @@ HUBER, WILD = 8.0, 20.0  # sigmas beyond which a corner pulls no harder, and bey
 ALL_DIFFER = 6.0  # the pairs' misfit by what chance gives, from which all of them differ
 SLIP_ROUNDS = 16
 LEFT_OF_SLIPS = 0.07  # of what pairs disagree in, beyond noise: a board that moves turns as well, and leaves twice this
+FIELD = [(i, j) for i in range(6) for j in range(6) if i or j]  # waves over a picture, halves of one across and down
+FIELD_ROUNDS = 8  # the boards' places take a part of a field upon themselves, and give it back slowly
 MOST_NOISE_PX = 0.5  # more, where each picture is explained by itself: these cameras are none
 
 
@@ -137,6 +139,33 @@ class Pulls:
         gains = np.cumsum(self.alone[order[:most]] / spread - len(POSE.T) * np.log(2 * self.count))
         best = int(gains.argmax())
         return np.sort(order[: best + 1]), float(gains[best])
+
+
+def lenses_straightened(together: Together) -> Together:
+    """A fit of the pairs without what hangs on the place in the picture alone.
+
+    No lens is quite as the model of five numbers has it. What it lacks is the same at one place of the picture for every pair, so
+    a smooth field for each camera takes it away. A board that moved, or a picture that slipped, leaves other pixels off in each
+    pair, and no field explains them. Raises CalibrationError where the pairs cannot be fitted.
+    """
+    for _ in range(FIELD_ROUNDS):
+        boards, solution = together.boards, together.solution
+        sides = zip(
+            (boards.left, boards.right),
+            np.moveaxis(solution.missing, 2, 0),
+            np.moveaxis(solution.weights, 2, 0),
+            strict=True,
+        )
+        left, right = (_without_field(*side, boards.size) for side in sides)
+        together = fit_together(replace(boards, left=left, right=right))
+    return together
+
+
+def _without_field(seen, missing, weights, size):
+    """Corners of one camera without the smooth field that explains most of what they lack."""
+    waves = np.cos(np.pi * seen[..., None, :] / size * FIELD).prod(-1)
+    held = (weights > 0) & ~np.isnan(missing).any(-1)
+    return seen - waves @ np.linalg.lstsq(waves[held], missing[held], rcond=None)[0]
 
 
 def pictures_slip(boards: Boards) -> bool:
