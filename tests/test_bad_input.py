@@ -482,7 +482,8 @@ def test_a_closed_pipe(monkeypatch, more, unbuffered):
     os.close(reader)
     code, said = detect_into(writer, *more)
     os.close(writer)
-    assert code == 2 and said.startswith("stereo-lab: Cannot print: ") and said.count("\n") == 1
+    *words, last = said.splitlines()
+    assert code == 2 and last.startswith("stereo-lab: Cannot print: ") and len(words) == bool(more)
 
 
 @pytest.mark.parametrize("arguments", [("detect", "text.mp4"), ("run", "--source", "cameras:97,98", "--seconds", "1")])

@@ -199,21 +199,18 @@ def run_check(options: argparse.Namespace) -> int:
     from stereo_lab.cli.terminal import Progress
     from stereo_lab.doctor import check_recording
     from stereo_lab.recording import open_recording
+    from stereo_lab.results import checkup as told
 
     recording = open_recording(options.recording)
     with Progress() as progress:
         checkup = check_recording(recording, progress)
-    if options.json != "-" or options.report:
-        from stereo_lab.results import checkup as told
-    if options.json != "-":
-        print(f"{recording.title}\n({recording.path})\n")
-        print(*told.lines(checkup), sep="\n")
-        if checkup.verdict == "clean":
-            print(f"\nNext: {_after_check(recording, options.recording or recording.path)}")
+    print(f"{recording.title}\n({recording.path})\n")
+    print(*told.lines(checkup), sep="\n")
+    if checkup.verdict == "clean":
+        print(f"\nNext: {_after_check(recording, options.recording or recording.path)}")
     if options.report:
         told.write(checkup, recording, options.report)
-        if options.json != "-":
-            print(f"written: {options.report}")
+        print(f"written: {options.report}")
     write_json_option(options.json, checkup.facts())
     return OK if checkup.verdict == "clean" else WANTING
 

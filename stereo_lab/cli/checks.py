@@ -34,8 +34,7 @@ def run_bench(options: argparse.Namespace) -> int:
     recording = open_recording(options.recording)
     with Progress() as progress:
         groups = benchmark(recording, progress)
-    if options.json != "-":
-        print(page(groups))
+    print(page(groups))
     write_json_option(options.json, {"recording": recording.name, **groups})
     return OK
 

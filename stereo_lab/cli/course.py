@@ -104,17 +104,16 @@ def run_progress(options: argparse.Namespace) -> int:
     folder = work_folder(options.name)
     if not folder.is_dir() and options.name:
         raise StereoLabError(f"There is no work in {folder} yet. Begin with: {me()} start{whose(options.name)}")
-    if not folder.is_dir() and options.json != "-":
+    if not folder.is_dir():
         print(f"There is no work in {folder} yet. Name whose it is with --name, or begin with: {me()} start")
     recording, known, table = open_recording(options.recording), progress.load(), {}
     for lesson in LESSONS:
         asked = [q.number for q in asked_in(lesson, recording)]
         passed = sorted(set(known.get(lesson, [])) & set(asked))
         table[lesson] = {"passed": passed, "questions": len(asked)}
-        if options.json != "-":
-            left = ", ".join(f"{int(lesson)}.{k}" for k in asked if k not in passed)
-            hint = f"   open: {left}" if passed and left else ""
-            print(f"lesson {lesson}  {'#' * len(passed):8s} {len(passed)} of {len(asked)}{hint}")
+        left = ", ".join(f"{int(lesson)}.{k}" for k in asked if k not in passed)
+        hint = f"   open: {left}" if passed and left else ""
+        print(f"lesson {lesson}  {'#' * len(passed):8s} {len(passed)} of {len(asked)}{hint}")
     write_json_option(options.json, {"folder": str(folder), "lessons": table})
     return OK
 

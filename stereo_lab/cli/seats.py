@@ -62,10 +62,9 @@ def run_ready(options: argparse.Namespace) -> int:
     lines = []
     for line in examine(all_checks(work_folder(options.name))):
         lines.append(line)
-        if options.json != "-":
-            print(f"{line.state:5s}{line.what:12s} {line.found}", flush=True)
-            if line.todo:
-                print(f"{'':18s}-> {line.todo}", flush=True)
+        print(f"{line.state:5s}{line.what:12s} {line.found}", flush=True)
+        if line.todo:
+            print(f"{'':18s}-> {line.todo}", flush=True)
     write_json_option(options.json, {"lines": [asdict(line) for line in lines]})
     return WANTING if any(line.state == UNFIT for line in lines) else OK
 
@@ -131,9 +130,8 @@ def run_places(options: argparse.Namespace) -> int:
         **{f"recordings {k}": shelf for k, shelf in enumerate(shelves(), 1)},
         "your work": work, "calibrations": user_folder() / "calibrations",
     }  # fmt: skip
-    if options.json != "-":
-        for what, path in places.items():
-            print(f"{what:16s} {path}{'' if path.exists() else '   (not there)'}")
-        print(f"{'found':16s} {', '.join(known()) or 'no recording'}")
+    for what, path in places.items():
+        print(f"{what:16s} {path}{'' if path.exists() else '   (not there)'}")
+    print(f"{'found':16s} {', '.join(known()) or 'no recording'}")
     write_json_option(options.json, {"places": {k: str(v) for k, v in places.items()}, "recordings": known()})
     return OK

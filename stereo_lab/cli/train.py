@@ -55,18 +55,15 @@ def run_train(options: argparse.Namespace) -> int:
         )  # fmt: skip
     ball.save(options.ball)
     facts, judged = ball.trained_on, ball.unseen
-    if options.json != "-":
-        print(
-            f"Learned from {facts['balls']} pictures with the ball and {facts['empty']} without, from {facts['from']}."
-        )
-        if facts["no_outline_at_the_mark"]:
-            print(f"Not learned from: {', '.join(facts['no_outline_at_the_mark'])}. No outline lies at the mark.")
-        print(f"Pictures it had not seen: the ball right in {told(judged['right'], judged['balls'])};")
-        print(f"  something named where no ball is in {told(judged['answered'], judged['empty'])}.")
-        if marks_proposed:
-            print("  These pictures marked themselves: only the easy ones do. Mark some by hand before you trust this.")
-        print(f"  (The last two numbers: between them lies the true share, with 95 %.) {_of_the_test(judged)}".rstrip())
-        print(f"{options.ball} is written. Use it: {me()} detect IMAGE --color {typed(options.ball)}")
+    print(f"Learned from {facts['balls']} pictures with the ball and {facts['empty']} without, from {facts['from']}.")
+    if facts["no_outline_at_the_mark"]:
+        print(f"Not learned from: {', '.join(facts['no_outline_at_the_mark'])}. No outline lies at the mark.")
+    print(f"Pictures it had not seen: the ball right in {told(judged['right'], judged['balls'])};")
+    print(f"  something named where no ball is in {told(judged['answered'], judged['empty'])}.")
+    if marks_proposed:
+        print("  These pictures marked themselves: only the easy ones do. Mark some by hand before you trust this.")
+    print(f"  (The last two numbers: between them lies the true share, with 95 %.) {_of_the_test(judged)}".rstrip())
+    print(f"{options.ball} is written. Use it: {me()} detect IMAGE --color {typed(options.ball)}")
     write_json_option(options.json, {"trained_on": facts, "unseen": judged})
     return OK
 
@@ -90,13 +87,12 @@ def _proposed(options, shots):
 
     names = list(shots)
     marks = {names[k]: circle for k, circle in propose(list(shots.values()), options.color).items()}
-    if options.json != "-":
-        print(f"No marks are given. By the name {options.color} these mark themselves; look at each of them:")
-        for name, circle in marks.items():
-            place = (
-                f"u {circle[0]:.0f}  v {circle[1]:.0f}  radius {circle[2]:.0f} px"
-                if circle
-                else "taken as empty, for nothing marks itself. Is it?"
-            )
-            print(f"  {name}: {place}")
+    print(f"No marks are given. By the name {options.color} these mark themselves; look at each of them:")
+    for name, circle in marks.items():
+        place = (
+            f"u {circle[0]:.0f}  v {circle[1]:.0f}  radius {circle[2]:.0f} px"
+            if circle
+            else "taken as empty, for nothing marks itself. Is it?"
+        )
+        print(f"  {name}: {place}")
     return marks

@@ -97,15 +97,13 @@ def run_demo(options: argparse.Namespace) -> int:
     from stereo_lab.results.evaluation import evaluate
 
     recording = open_recording(options.recording)
-    quiet = options.json == "-"
-    say = (lambda *_: None) if quiet else print
-    say(f"{recording.title}\n({report.kind_of(recording)}; {recording.path})\n")
+    print(f"{recording.title}\n({report.kind_of(recording)}; {recording.path})\n")
     with Progress() as progress:
         results = evaluate(recording, progress, cores=min(os.cpu_count() or 1, MOST_CORES))
-    say(f"Calibration: {results.calibration_source}.\n")
-    say(report.page(results))
+    print(f"Calibration: {results.calibration_source}.\n")
+    print(report.page(results))
     report.write(results, options.report)
-    say(f"\nThe pictures of this run: {Path(options.report).resolve()}")
+    print(f"\nThe pictures of this run: {Path(options.report).resolve()}")
     write_json_option(options.json, results.facts())
     return WANTING if results.calibration.verdict == "poor" else OK
 
@@ -119,16 +117,14 @@ def run_calibrate(options: argparse.Namespace) -> int:
     recording = open_recording(options.recording)
     with Progress() as progress, _swapped(recording) if options.swap else contextlib.nullcontext():
         result = calibrate_anew(recording, lambda done, total: progress("find the boards", done, total))
-    if options.json != "-":
-        print(*report.calibration_lines(result), sep="\n")
+    print(*report.calibration_lines(result), sep="\n")
     if options.report:
         report.write_calibration(result, recording, options.report)
     kept = boards_of(recording).path / "calibration.json" if options.keep else None
     for file in filter(None, (options.save, kept)):
         result.save(file)
-    if options.json != "-":
-        for file in filter(None, (options.report, options.save, kept)):
-            print(f"written: {file}")
+    for file in filter(None, (options.report, options.save, kept)):
+        print(f"written: {file}")
     write_json_option(options.json, result.facts())
     return WANTING if result.verdict == "poor" else OK
 
@@ -221,9 +217,8 @@ def _watched(path, detector, options):
 
 
 def _say(options, what, ball):
-    if options.json != "-":
-        place = f"u {ball['u']:.1f}  v {ball['v']:.1f}  radius {ball['radius_px']:.1f} px" if ball else "no ball"
-        print(f"{what}: {place}")
+    place = f"u {ball['u']:.1f}  v {ball['v']:.1f}  radius {ball['radius_px']:.1f} px" if ball else "no ball"
+    print(f"{what}: {place}")
 
 
 def _color(options, pictures):
