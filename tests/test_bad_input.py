@@ -20,7 +20,8 @@ import pytest
 from conftest import ROOT
 from stereo_lab.calibration import store
 from stereo_lab.cli import main
-from stereo_lab.common.files import read_json, read_table, typed, whole_folder, write_whole
+from stereo_lab.common.files import read_json, typed, whole_folder, write_whole
+from stereo_lab.common.spreadsheets import read_table
 from stereo_lab.common.threads import one_thread
 from stereo_lab.depth import OffsetDepth
 from stereo_lab.detection import BallColor, BallDetector

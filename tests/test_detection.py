@@ -10,7 +10,7 @@ import pytest
 
 from conftest import ROOT
 from stereo_lab.calibration import calibrate_recording, homography
-from stereo_lab.common.files import read_table
+from stereo_lab.common.spreadsheets import read_table
 from stereo_lab.common.vectors import tangent_circle
 from stereo_lab.detection import BALL, HUES, BallColor, BallDetector, Detection, candidates, cone, hough, judge
 from stereo_lab.detection.detector import CERTAIN, FADES, SMEARED, SURE, unsure

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from stereo_lab.common.files import read_table
+from stereo_lab.common.spreadsheets import read_table
 from stereo_lab.detection import HUES, BallColor
 from stereo_lab.recording import open_recording, read_image
 from stereo_lab.results.evaluation import color_of

@@ -9,7 +9,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from stereo_lab.common.files import with_row, write_json, write_whole
+from stereo_lab.common.files import write_json, write_whole
+from stereo_lab.common.spreadsheets import with_row
 from stereo_lab.errors import RecordingError, StereoLabError
 from stereo_lab.recording import Ball, Board, Recording, open_recording
 from stereo_lab.recording.bounds import place_mm

@@ -9,7 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from stereo_lab.classroom.marks import IN_WORDS, Row
-from stereo_lab.common.files import delimiter_of, read_bytes, write_whole
+from stereo_lab.common.files import read_bytes, write_whole
+from stereo_lab.common.spreadsheets import delimiter_of
 from stereo_lab.errors import StereoLabError
 
 FIRST = ("learner", "lesson", "passed", "of", "handed in", "file", "notes")

@@ -256,7 +256,8 @@ def _some_frames(paths):
 
 def _color_from(path):
     """Learn a colour from a table file,u,v,radius_px; rows without a ball are passed over."""
-    from stereo_lab.common.files import finite_number, read_table
+    from stereo_lab.common.files import finite_number
+    from stereo_lab.common.spreadsheets import read_table
     from stereo_lab.detection import BallColor, BallDetector
     from stereo_lab.recording import read_image
     from stereo_lab.results.evaluation import is_hit

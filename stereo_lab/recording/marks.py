@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from stereo_lab.common.files import finite_number, read_table, write_whole
+from stereo_lab.common.files import finite_number, write_whole
+from stereo_lab.common.spreadsheets import read_table
 from stereo_lab.errors import StereoLabError
 from stereo_lab.recording.opening import open_recording
 from stereo_lab.recording.pictures import without_ending

@@ -7,7 +7,8 @@ import reprlib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from stereo_lab.common.files import natural_key, read_table
+from stereo_lab.common.files import natural_key
+from stereo_lab.common.spreadsheets import read_table
 from stereo_lab.errors import RecordingError
 from stereo_lab.kinematics import Registration, TwoLinkArm
 from stereo_lab.recording.bounds import place_mm, plain_name

@@ -13,7 +13,8 @@ import cv2
 import numpy as np
 
 import stereo_lab.detection
-from stereo_lab.common.files import read_bytes, read_table, user_folder, write_whole
+from stereo_lab.common.files import read_bytes, user_folder, write_whole
+from stereo_lab.common.spreadsheets import read_table
 from stereo_lab.detection import BALL, BallColor, BallDetector
 from stereo_lab.detection.candidates import SURELY, patches
 from stereo_lab.detection.judge import EVIDENCE, MOST_LOGIT
