@@ -192,7 +192,7 @@ def _hidden():
             same=(
                 ("( and)? (wait|stay)( there)? until (the ball|it) (comes|is) back( again)?", ""),
                 (f"^{ARM}{GOES_ON}(?!.*{TOO_LONG})((?!{NO_END}).)*(then|than|and|but).*{STOPS}.*$", "go on for a moment, then stop"),
-                (f"^{ARM}{GOES_ON}.* until .*(sigma|σ|uncertain|unsure|doubt|useless|worthless|no longer (sure|known|worth)|too (wide|unsure)).*$", "go on for a moment, then stop"),
+                (f"^{ARM}{GOES_ON}.* until .*(sigma|σ|uncertain|unsure|doubt|useless|worthless|no longer (sure|known|worth)|(band|guess|prediction|error)( (is|gets|becomes|grows))? (as |too |very )?(wide|wider|large|larger|big|bigger|unsure|bad)\\b|too (wide|unsure)).*$", "go on for a moment, then stop"),
                 (f"^{ARM}{GOES_ON} for {MOMENT}((?! or )[^,])*$", "go on for a moment, then stop"),
                 (f"^{ARM}{STOPS},? (after {MOMENT}|but not at once).*$", "go on for a moment, then stop"),
                 (f"^((it |the arm )?(should |must |has to )?{STOPS}.*|(do )?nothing|(do not|don't|not) move)$", "stop at once"),
