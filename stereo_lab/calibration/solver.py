@@ -10,6 +10,7 @@ import numpy as np
 
 from stereo_lab.calibration.bundle import CAMERAS, LENS, Boards, Rig, Shapes, Solution, fit, matrices
 from stereo_lab.calibration.views import View, stacked
+from stereo_lab.errors import CalibrationError
 
 SOLVER = 4  # counts up whenever the same boards give another calibration: those kept are then made anew
 FEWEST = 4  # pairs without which nothing is solved: three agree with too many cameras
@@ -20,6 +21,10 @@ BAD_CORNER = 5.0  # sigmas
 BAD_VIEW = 3.0  # times the median view's
 ROUNDS = 8
 LEAST_SIGMA_PX = 0.01  # corners are never known better: drawn boards are exact and real ones are not
+CONTRADICT = (
+    "More than half of the boards contradict each other. Was a camera moved, refocused or zoomed between two pairs? "
+    "`stereo-lab check` tries which pairs belong together."
+)
 OTHER_MOMENT = "the two pictures do not match: were they taken at the same moment?"
 NORMAL = 1.4826  # sigmas in a median of the sizes, for errors that are normally spread
 
@@ -48,15 +53,18 @@ def solve(rig: Rig, boards: Boards, views: Sequence[View], shapes: Shapes, size:
     corners. The fit is done again without them, and with a prior on k3 that gives way where the boards insist.
     """
     seen, there = stacked(views)
-    chosen = np.arange(len(views))
+    chosen, enough = np.arange(len(views)), max(FEWEST, len(views) / 2)
     while True:
         rough, sigma = robust_fit(rig, boards.some(chosen), seen[chosen], there[chosen], shapes, size)
         off = view_errors(rough.missing, there[chosen], BAD_CORNER * sigma)
         bad = off > max(BAD_VIEW * np.median(off), BAD_VIEW * LEAST_SIGMA_PX)
-        if not bad.any() or (~bad).sum() < max(FEWEST, len(views) / 2):
-            break
+        if not bad.any() or (~bad).sum() < enough:
+            solution, sigma, bad = _exact(seen[chosen], there[chosen], shapes, size, rough, sigma)
+            if not bad.any():
+                break
         chosen = chosen[~bad]
-    solution, sigma = _exact(seen[chosen], there[chosen], shapes, size, rough, sigma)
+        if len(chosen) < enough:
+            raise CalibrationError(CONTRADICT, fault="not_together")
     kept = chosen.tolist()
     return Fit(solution, kept, [k for k in range(len(views)) if k not in kept], sigma)
 
@@ -85,17 +93,21 @@ def robust_fit(
 
 
 def _exact(seen, there, shapes, size, solution, sigma):
-    """Least squares without the corners that lie far off, until these and the prior stay the same."""
+    """Least squares without the corners that lie far off, until these and the prior stay the same.
+
+    Returns as well which views keep less than half of what a camera saw of them: then nothing is solved.
+    """
     kept, prior = None, None
     for _ in range(ROUNDS):
         far = np.abs(solution.missing).max(-1) >= BAD_CORNER * sigma
         now, loose = there & ~far, prior_of(solution.rig, shapes, size)
-        if kept is not None and (now == kept).all() and np.allclose(loose, prior, rtol=0.02):
+        bad = (now.sum(1) < there.sum(1) / 2).any(-1)
+        if bad.any() or (kept is not None and (now == kept).all() and np.allclose(loose, prior, rtol=0.02)):
             break
         kept, prior = now, loose
         solution = fit(solution.rig, solution.boards, seen, kept.astype(float), shapes, prior, sigma**2)
         sigma = robust_sigma(solution.missing[kept])
-    return solution, sigma
+    return solution, sigma, bad
 
 
 def robust_sigma(values: np.ndarray) -> float:
