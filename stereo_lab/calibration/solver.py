@@ -19,12 +19,10 @@ HUBER = 2.0  # sigmas; beyond, a corner pulls no harder
 ROUGH = 1e-2  # of a variance: near enough where only outliers are looked for
 BAD_CORNER = 5.0  # sigmas
 BAD_VIEW = 3.0  # times the median view's
+FEW = 10  # views: of fewer a wrong one pulls all the others with it, and lies no farther off than they
+HALVED = 0.5  # what is left of the misfit without that view; without a right one nine tenths are
 ROUNDS = 8
 LEAST_SIGMA_PX = 0.01  # corners are never known better: drawn boards are exact and real ones are not
-CONTRADICT = (
-    "More than half of the boards contradict each other. Was a camera moved, refocused or zoomed between two pairs? "
-    "`stereo-lab check` tries which pairs belong together."
-)
 OTHER_MOMENT = "the two pictures do not match: were they taken at the same moment?"
 NORMAL = 1.4826  # sigmas in a median of the sizes, for errors that are normally spread
 
@@ -59,14 +57,34 @@ def solve(rig: Rig, boards: Boards, views: Sequence[View], shapes: Shapes, size:
         off = view_errors(rough.missing, there[chosen], BAD_CORNER * sigma)
         bad = off > max(BAD_VIEW * np.median(off), BAD_VIEW * LEAST_SIGMA_PX)
         if not bad.any() or (~bad).sum() < enough:
+            bad = _one_against_the_others(rig, boards.some(chosen), seen[chosen], there[chosen], shapes, size, sigma)
+        if not bad.any():
             solution, sigma, bad = _exact(seen[chosen], there[chosen], shapes, size, rough, sigma)
-            if not bad.any():
-                break
+        if not bad.any():
+            break
+        if (~bad).sum() < enough:
+            raise CalibrationError(_contradict([views[k].name for k in chosen[bad]]), fault="not_together")
         chosen = chosen[~bad]
-        if len(chosen) < enough:
-            raise CalibrationError(CONTRADICT, fault="not_together")
     kept = chosen.tolist()
     return Fit(solution, kept, [k for k in range(len(views)) if k not in kept], sigma)
+
+
+def _one_against_the_others(rig, boards, seen, there, shapes, size, sigma):
+    """Which view of few it is without which all others agree far better; none, where they agree no better without any."""
+    if len(seen) >= FEW:
+        return np.zeros(len(seen), bool)
+    others = ~np.eye(len(seen), dtype=bool)
+    without = [robust_fit(rig, boards.some(o), seen[o], there[o], shapes, size)[1] for o in others]
+    return ~others[int(np.argmin(without))] & (min(without) < HALVED * sigma)
+
+
+def _contradict(names):
+    """A sentence for boards that contradict the rest, without which too few are left."""
+    one = len(names) == 1
+    return (
+        f"The board{'' if one else 's'} of {', '.join(names)} contradict{'s' if one else ''} the others, and without {'it' if one else 'them'} too "
+        "few are left. Was a camera moved, refocused or zoomed between two pairs? Take more; `stereo-lab check` tries which belong together."
+    )
 
 
 def robust_fit(
