@@ -24,6 +24,7 @@ MOST_ROUNDS = 60
 CONVERGED = 1e-8  # what a round may still gain, in variances of one coordinate
 MOST_DAMPING = 1e6
 NOTHING = np.zeros(3)
+EXACT = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 60, 1e-9)  # for undoing the distortion
 
 
 @dataclass(frozen=True, eq=False)

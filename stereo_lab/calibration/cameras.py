@@ -12,12 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stereo_lab.calibration import uncertainty
-from stereo_lab.calibration.bundle import Rig
+from stereo_lab.calibration.bundle import CAMERAS, EXACT, STEP, TURN, Rig
 from stereo_lab.calibration.saved import ARRAYS, read_saved
 from stereo_lab.common.files import write_json
 from stereo_lab.errors import CalibrationError
-
-EXACT = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 60, 1e-9)  # for undoing the distortion
 
 
 def as_points(points: ArrayLike, numbers: int) -> np.ndarray:
@@ -260,7 +258,24 @@ class StereoCalibration:
         """How places in the rectified left frame, mm, change with the cameras' 24 unknowns, shape (N, 3, 24)."""
         to_rectified = self.rectified["left"][0]
         points = as_points(points_Nx3, 3) @ to_rectified
-        return to_rectified @ uncertainty.place_slopes(points, self.rig)
+        slopes = to_rectified @ uncertainty.place_slopes(points, self.rig)
+        return slopes + np.einsum("kij,nj->nik", self._turns_by, points)
+
+    @cached_property
+    def _turns_by(self):
+        """How the rectifying rotation itself changes with the 24 unknowns: shape (24, 3, 3), by central differences."""
+        slopes = np.zeros((CAMERAS, 3, 3))
+        for unknowns, step in ((TURN, 1e-5), (STEP, 1e-5 * self.baseline_mm)):
+            for k in range(unknowns.start, unknowns.stop):
+                by = step * (np.arange(CAMERAS) == k)
+                after, before = (self._to_rectified(self.rig.moved(sign * by)) for sign in (1, -1))
+                slopes[k] = (after - before) / (2 * step)
+        return slopes
+
+    def _to_rectified(self, rig):
+        """The left camera's rectifying rotation, were the right one where a rig has it."""
+        lenses = self.left_matrix, self.left_distortion, self.right_matrix, self.right_distortion
+        return cv2.stereoRectify(*lenses, tuple(self.image_size), rig.rotation, rig.translation[:, None], alpha=0)[0]
 
     def boards_at(self, points_Nx2: ArrayLike, side: str) -> np.ndarray:
         """How many of the boards used covered raw pixels of one camera: shape (N,) of int."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
-from stereo_lab.calibration.bundle import Rig, Solution, matrices
+from stereo_lab.calibration.bundle import EXACT, Rig, Solution, matrices
 from stereo_lab.calibration.uncertainty import rigs_without
 from stereo_lab.calibration.views import View
 from stereo_lab.recording import Board
@@ -52,7 +52,6 @@ def pair_errors(rig: Rig, view: View, board: Board, size: tuple[int, int]) -> tu
 
 
 def _rectified(points, matrix, distortion, rotation, projection):
-    exact = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 60, 1e-9)
     return cv2.undistortPoints(
-        points.reshape(-1, 1, 2).astype(float), matrix, distortion, R=rotation, P=projection, criteria=exact
+        points.reshape(-1, 1, 2).astype(float), matrix, distortion, R=rotation, P=projection, criteria=EXACT
     ).reshape(-1, 2)

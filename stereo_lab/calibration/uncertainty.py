@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from stereo_lab.calibration.bundle import CAMERAS, LEFT, RIGHT, STEP, TURN, Rig, Solution, matrices, project
+from stereo_lab.calibration.bundle import CAMERAS, EXACT, LEFT, RIGHT, STEP, TURN, Rig, Solution, matrices, project
 from stereo_lab.common.vectors import cross
 
 FIELD = 13, 9  # places across and down at which the cameras' common field is looked at
@@ -97,7 +97,7 @@ def common_field(
     """
     across, down = (np.linspace(MARGIN, 1 - MARGIN, n) for n in count)
     pixels = np.stack(np.meshgrid(across, down), -1).reshape(-1, 2) * size
-    flat = cv2.undistortPoints(pixels.reshape(-1, 1, 2), *matrices(rig.left)).reshape(-1, 2)
+    flat = cv2.undistortPoints(pixels.reshape(-1, 1, 2), *matrices(rig.left), criteria=EXACT).reshape(-1, 2)
     points = np.column_stack([flat, np.ones(len(flat))]) * depth_mm
     seen = project(points @ rig.rotation.T + rig.translation, rig.right)[0]
     both = ((seen >= 0) & (seen <= np.subtract(size, 1))).all(1)
