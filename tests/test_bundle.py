@@ -8,7 +8,8 @@ from rigs import BOARD, ball_places, bent_board, hold, known_rig
 from stereo_lab.calibration import bundle, heldout, solver, uncertainty
 from stereo_lab.calibration.shapes import board_shapes
 from stereo_lab.calibration.start import first_rig
-from stereo_lab.calibration.views import View
+from stereo_lab.calibration.views import View, stacked
+from stereo_lab.errors import CalibrationError
 
 SHAPES = board_shapes(BOARD)
 FLAT = bundle.Shapes(SHAPES.flat, SHAPES.ways[..., :0], SHAPES.sigma_mm[:0])
@@ -122,6 +123,40 @@ def test_a_blurred_view_is_left_out_whole(case):
     fit = solve(rig, [*views[:4], View("004", shaken, views[4].right), *views[5:]])[0]
     assert fit.bad == [4]
     assert "left picture are off by" in solver.why_bad(fit, View("004", shaken, views[4].right), SHAPES)
+
+
+@pytest.mark.parametrize("count", [5, 6, 8])
+def test_the_wrong_board_among_few_is_found(count):
+    """It pulls all others with it, and lies no farther off than they."""
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        rig = known_rig(rng)
+        views, k = hold(rng, rig, bent_board(rng), count), seed % count
+        assert solve(rig, views)[0].bad == []
+        views[k] = View(views[k].name, views[k].left, views[k].right + (6.0, 3.6))
+        assert solve(rig, views)[0].bad == [k]
+
+
+def test_a_board_that_loses_all_its_corners_is_left_out():
+    """Single corners may be left out, one by one, until nothing holds their board."""
+    rng = np.random.default_rng(0)
+    rig = known_rig(rng)
+    views = hold(rng, rig, bent_board(rng), 12)
+    shapes, (seen, there) = SHAPES, stacked(views)
+    fit = solve(rig, views)[0]
+    seen[3, :, 1] += (0, 1.0)  # the right camera's rows: no place of the board explains it
+    assert solver._exact(seen, there, shapes, rig.size, fit.solution, 0.04)[2].tolist() == [k == 3 for k in range(12)]
+
+
+def test_one_wrong_board_of_four_is_named():
+    rng = np.random.default_rng(5)
+    rig = known_rig(rng)
+    views = hold(rng, rig, bent_board(rng), 4)
+    views[2] = View("002", views[2].left, views[2].right + (6.0, 3.6))
+    with pytest.raises(
+        CalibrationError, match="The board of 002 contradicts the others, and without it too few are left"
+    ):
+        solve(rig, views)
 
 
 def test_a_board_that_one_camera_sees_counts_for_that_camera(case):

@@ -1,12 +1,13 @@
 """What a calibration is worth, and which sets of boards are refused: on rigs that are known exactly."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from rigs import BOARD, bent_board, hold, known_rig, turned
 
-from stereo_lab.calibration import calibrate_stereo, recipe, refusals, search
+from stereo_lab.calibration import bundle, calibrate_stereo, recipe, refusals, search
 from stereo_lab.calibration.advice import depth_map
 from stereo_lab.calibration.verdict import verdict_on
 from stereo_lab.calibration.views import View
@@ -100,6 +101,82 @@ def test_cameras_that_turn_inwards_are_not_taken_for_swapped_ones(calibrate):
 def test_three_pairs_are_too_few(case, calibrate):
     with pytest.raises(CalibrationError, match="found in 3 of 3 pairs; at least 4"):
         calibrate(case[2][:3])
+
+
+def test_copies_make_no_calibration_surer(case, calibrate):
+    """A board on a stand, taken again and again: to the thousandth of a pixel the same, so no camera is known better."""
+    rng, views = np.random.default_rng(3), case[2][:6]
+    again = [
+        View(f"again {k}", *(side + rng.normal(0, 0.005, side.shape) for side in (v.left, v.right)))
+        for k, v in enumerate(views * 3)
+    ]
+    once, often = calibrate(views), calibrate([*views, *again])
+    assert set(often.used) == {view.name for view in views} or len(often.used) == 6
+    assert len(often.dropped) == 18 and all("tells nothing new" in why for _, why in often.dropped)
+    assert not any("had to be dropped" in reason for reason in often.reasons)
+    for place in ([[0, 0, 1000.0]], [[150, -80, 1400.0]]):
+        assert often.sigma_mm(place) == pytest.approx(once.sigma_mm(place), rel=0.05)
+
+
+def test_three_places_of_a_board_are_too_few(case, calibrate):
+    with pytest.raises(CalibrationError, match="in 3 different places in 9 pairs; at least 4"):
+        calibrate([View(f"{k:03d}", v.left, v.right) for k, v in enumerate(case[2][:3] * 3)])
+
+
+def test_a_camera_that_moved_makes_no_copies(case, calibrate):
+    """The left camera sees the board where it was, the right one does not: that tells something."""
+    views = case[2][:8]
+    moved = [View(f"moved {v.name}", v.left, v.right + (3.0, 0)) for v in views[:2]]
+    assert not any("nothing new" in why for _, why in calibrate([*views, *moved]).dropped)
+
+
+@pytest.mark.parametrize("degrees", [-90, 90, 180, 45])
+def test_a_camera_on_its_side_is_refused(calibrate, degrees):
+    rng = np.random.default_rng(4)
+    rig = known_rig(rng)
+    rolled = turned((0, 0, degrees)) @ rig.rotation
+    rig = replace(rig, rotation=rolled, translation=rolled @ rig.rotation.T @ rig.translation)
+    with pytest.raises(CalibrationError, match=r"turned by \d+° about its own axis") as refused:
+        calibrate(hold(rng, rig, bent_board(rng), 12, reach=0.2))
+    assert refused.value.fault == "upside_down"
+
+
+def test_a_large_picture_may_miss_by_more_pixels(case, calibrate):
+    """What is rough is told in pixels of a picture of 640 across: four thousand pixels are finer ones."""
+    found = replace(calibrate(case[2]), rms_px=1.2)
+    assert verdict_on(found, BOARD)[0] == "poor"
+    four = lambda matrix: matrix * np.array([[6.0], [6.0], [1.0]])
+    large = replace(
+        found, image_size=(3840, 2880), left_matrix=four(found.left_matrix), right_matrix=four(found.right_matrix)
+    )
+    assert not any("reprojection error" in reason for reason in verdict_on(large, BOARD)[1])
+
+
+def test_a_place_in_the_rectified_frame_moves_as_its_slopes_say(case, calibrate):
+    """The frame turns with the cameras: the same pixels, through a rig that was changed a little."""
+    found = calibrate(case[2])
+    places = np.array([[0, 0, 1000.0], [200, -100, 1500.0], [-150, 80, 700.0]])
+    raw = places @ found.rectified["left"][0]
+    pixels = [bundle.project(raw, found.rig.left)[0]]
+    pixels.append(bundle.project(raw @ found.rotation.T + found.translation_mm, found.rig.right)[0])
+    for k, step in ((19, 1e-5), (20, 1e-5), (21, 0.01), (22, 0.01), (23, 0.01)):
+        rig = found.rig.moved(step * (np.arange(bundle.CAMERAS) == k))
+        moved = replace(found, rotation=rig.rotation, translation_mm=rig.translation)
+        told = moved.triangulate(
+            *(moved.rectify_points(p, side) for p, side in zip(pixels, ("left", "right"), strict=True))
+        )
+        assert told - places == pytest.approx(found.place_slopes(places)[..., k] * step, rel=0.05, abs=1e-3)
+
+
+def test_two_cameras_that_share_no_corner_know_no_row_error(case, calibrate):
+    """The left one sees the left half of each board, the right one the other half."""
+    half = np.arange(54) % 9 < 4
+    views = [
+        View(v.name, np.where(half[:, None], v.left, np.nan), np.where(half[:, None], np.nan, v.right)) for v in case[2]
+    ]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert np.isnan(calibrate(views).vertical_error_px)
 
 
 def test_parallel_boards_are_refused(case, calibrate):

@@ -12,6 +12,7 @@ from stereo_lab.calibration.bundle import Rig, matrices
 from stereo_lab.calibration.cameras import StereoCalibration
 from stereo_lab.calibration.heldout import errors_on_unseen, pair_errors
 from stereo_lab.calibration.refusals import (
+    check_different,
     check_enough,
     check_focal,
     check_sides,
@@ -25,7 +26,7 @@ from stereo_lab.calibration.solver import OTHER_MOMENT, solve, why_bad
 from stereo_lab.calibration.start import first_rig
 from stereo_lab.calibration.uncertainty import covariance, misfit
 from stereo_lab.calibration.verdict import verdict_on
-from stereo_lab.calibration.views import View
+from stereo_lab.calibration.views import View, without_copies
 from stereo_lab.common.threads import one_thread
 from stereo_lab.recording import Board, StereoPair
 
@@ -85,7 +86,9 @@ def calibrate_views(
     check_two_cameras(both)
     check_spread(both, size)
     views = sorted(views, key=lambda view: view.place)  # by what is seen: a file's name decides nothing
-    dropped = list(dropped)
+    views, copies = without_copies(views)
+    check_different([view for view in views if view.seen_by_both], len(both))
+    dropped = [*dropped, *copies]
     with one_thread():
         shapes = board_shapes(board)
         rig, boards, together = first_rig(views, shapes.flat, size, len(shapes.sigma_mm))
@@ -97,7 +100,7 @@ def calibrate_views(
         kept = [views[k] for k in fit.kept]
         quality = _quality(fit, kept, board, shapes, size, depth_mm)
         # Before the sides: untilted boards leave open where a camera stands
-        check_focal(quality["focal_sigma_percent"], quality["rms_px"])
+        check_focal(quality["focal_sigma_percent"], quality["rms_px"], size)
         check_sides(fit.solution.rig)
         calibration = StereoCalibration(
             image_size=size, pairs=len(names), found=len(both),
@@ -136,7 +139,7 @@ def _quality(fit, views, board, shapes, size, depth_mm):
         "rms_px": float(np.sqrt(square[used].mean())),
         "left_rms_px": float(np.sqrt(square[..., 0][used[..., 0]].mean())),
         "right_rms_px": float(np.sqrt(square[..., 1][used[..., 1]].mean())),
-        "vertical_error_px": float(np.nanmean([pair_errors(solution.rig, v, board, size)[0] for v in views])),
+        "vertical_error_px": _mean([pair_errors(solution.rig, v, board, size)[0] for v in views]),
         "heldout_vertical_error_px": vertical,
         "heldout_length_error_percent": length,
         "focal_sigma_percent": float(100 * max(focal)),
@@ -144,6 +147,12 @@ def _quality(fit, views, board, shapes, size, depth_mm):
         "covariance": knows,
         "misfit": inflated,
     }
+
+
+def _mean(numbers):
+    """Mean of the numbers that are known; NaN where none is."""
+    known = [number for number in numbers if np.isfinite(number)]
+    return float(np.mean(known)) if known else float("nan")
 
 
 def _corners_left_out(solution, views):

@@ -16,7 +16,8 @@ from stereo_lab.recording.bounds import CHARUCO
 
 SAME_PX = 0.5  # two cameras stand farther apart than a finder is off
 STILL = 0.01  # of the picture's width: a board that moves less does not move
-CLEAR_PX = 0.3  # reprojection error that the pictures of a webcam allow
+CLEAR_PX = 0.3  # reprojection error that the pictures of a webcam allow; in larger pictures by as much more
+ROLLED_DEG = 30.0  # cameras turned so far against each other have no rows that could be made to match
 BLURRED_FOCAL_PERCENT = 5.0  # beyond, nothing that the cameras tell is worth a word
 
 
@@ -38,8 +39,9 @@ def check_enough(found: Sequence[View], pairs: Sequence[StereoPair], board: Boar
 
 def check_two_cameras(views: Sequence[View]) -> None:
     """Refuse one camera's pictures on both sides: of two cameras half of all corners never lie at one place in both."""
-    apart = [np.linalg.norm(view.left - view.right, axis=1) for view in views]
-    if apart and np.nanmedian(apart) < SAME_PX:
+    apart = np.array([np.linalg.norm(view.left - view.right, axis=1) for view in views])
+    shared = apart[np.isfinite(apart)]
+    if len(shared) and np.median(shared) < SAME_PX:
         raise CalibrationError(
             "Left and right show the same pictures, as if of one camera. Give each side the pictures of its own camera, "
             "or, where they were recorded here, two different camera numbers.",
@@ -59,6 +61,16 @@ def check_spread(views: Sequence[View], size: tuple[int, int]) -> None:
             )
 
 
+def check_different(different: Sequence[View], found: int) -> None:
+    """Refuse too few different places of the board, of so many pairs in which it was found."""
+    if len(different) < FEWEST:
+        raise CalibrationError(
+            f"The board stands in {len(different)} different places in {found} pairs; at least {FEWEST} are needed, and 15 to 25 are good. "
+            "Between two pictures, move it to another part of the picture, turn it, and tilt it to another side.",
+            fault="too_few_pairs",
+        )
+
+
 def check_together(together: np.ndarray) -> None:
     """Refuse pairs of which too few show one moment; ``together`` of shape (views,), bool."""
     if together.sum() < FEWEST:
@@ -69,11 +81,22 @@ def check_together(together: np.ndarray) -> None:
         )
 
 
+def rolled_deg(rotation: np.ndarray) -> float:
+    """By how much one camera is turned against the other about the way it looks, degrees; ``rotation`` of shape (3, 3)."""
+    return float(np.degrees(np.arctan2(rotation[1, 0] - rotation[0, 1], rotation[0, 0] + rotation[1, 1])))
+
+
 def check_sides(rig: Rig) -> None:
-    """Refuse cameras that stand one above the other, or whose left and right are swapped.
+    """Refuse cameras of which one lies on its side, that stand one above the other, or whose left and right are swapped.
 
     Told in the directions that both cameras share, so that cameras turned inwards are not taken for swapped ones.
     """
+    rolled = rolled_deg(rig.rotation)
+    if abs(rolled) > ROLLED_DEG:
+        raise CalibrationError(
+            f"One camera is turned by {abs(rolled):.0f}° about its own axis against the other. Put both the right way up.",
+            fault="upside_down",
+        )
     step = -rig.rotation.T @ rig.translation  # where the right camera stands, in the left one's frame
     across, down, _ = np.eye(3) + rig.rotation
     if abs(step @ down) > abs(step @ across):
@@ -86,12 +109,18 @@ def check_sides(rig: Rig) -> None:
         )
 
 
-def check_focal(sigma_percent: float, rms_px: float) -> None:
+def pixels_of(size: tuple[int, int]) -> float:
+    """How many pixels of a picture stand for one of 640 across, for what is told in these; 1 in smaller pictures."""
+    return max(1.0, size[0] / 640)
+
+
+def check_focal(sigma_percent: float, rms_px: float, size: tuple[int, int] = (640, 480)) -> None:
     """Refuse boards that do not tell the focal length: they contradict each other, or were never tilted."""
     if sigma_percent <= BLURRED_FOCAL_PERCENT:
         return
     leaves = f"leave the focal length open by {sigma_percent:.0f} %"
-    if sigma_percent * CLEAR_PX / max(rms_px, CLEAR_PX) <= BLURRED_FOCAL_PERCENT:
+    clear_px = CLEAR_PX * pixels_of(size)
+    if sigma_percent * clear_px / max(rms_px, clear_px) <= BLURRED_FOCAL_PERCENT:
         raise CalibrationError(
             f"The boards contradict each other by {rms_px:.1f} px, and {leaves}. Was a camera moved, refocused or zoomed "
             "between two pairs? `stereo-lab check` tries which pairs belong together.",

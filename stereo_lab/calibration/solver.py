@@ -12,7 +12,7 @@ from stereo_lab.calibration.bundle import CAMERAS, LENS, Boards, Rig, Shapes, So
 from stereo_lab.calibration.views import View, stacked
 from stereo_lab.errors import CalibrationError
 
-SOLVER = 4  # counts up whenever the same boards give another calibration: those kept are then made anew
+SOLVER = 5  # counts up whenever the same boards give another calibration: those kept are then made anew
 FEWEST = 4  # pairs without which nothing is solved: three agree with too many cameras
 K3_AT_CORNER = 0.005  # of the radius at the picture's corner: as much as most lenses bend it by their third term
 HUBER = 2.0  # sigmas; beyond, a corner pulls no harder

@@ -8,6 +8,8 @@ import numpy as np
 
 from stereo_lab.calibration.advice import depth_map, where_to_hold
 from stereo_lab.calibration.cameras import StereoCalibration
+from stereo_lab.calibration.refusals import pixels_of
+from stereo_lab.calibration.views import NOTHING_NEW
 from stereo_lab.recording import Board
 from stereo_lab.recording.bounds import PLAUSIBLE_BASELINE_MM, SQUARES_MM, told_mm, unit_asked
 
@@ -15,7 +17,9 @@ GOOD = 0.005  # of the distance: sigma of depth in nine tenths of the field,
 USABLE = 0.01  # or in half of it
 MISFIT = 3.0  # boards that differ so much more than their corners explain are not of one rig;
 FEW = 8  # of fewer none can tell
-ROUGH_PX = 1.0  # corners that miss so far are blurred, or the lens is of another kind
+ROUGH_PX = (
+    1.0  # corners that miss so far are blurred, or the lens is of another kind; in larger pictures by as much more
+)
 POSSIBLE_BASELINE_MM = (20.0, 1500.0)
 GRADES = ("good", "usable", "poor")
 
@@ -55,16 +59,19 @@ def verdict_on(calibration: StereoCalibration, board: Board) -> tuple[str, tuple
 
 def _doubts(calibration: StereoCalibration, board: Board) -> Iterator[tuple[int, str]]:
     """(how bad 0..2, why) for everything that looks wrong."""
-    lost = calibration.pairs - len(calibration.used)
+    copies = sum(why.endswith(NOTHING_NEW) for _, why in calibration.dropped)
+    lost = calibration.pairs - len(calibration.used) - copies
     if lost > calibration.pairs / 3:
         yield 1, f"{lost} of {calibration.pairs} pairs had to be dropped."
-    if calibration.rms_px > ROUGH_PX:
+    if calibration.rms_px > ROUGH_PX * pixels_of(calibration.image_size):
         yield (
             2,
             f"The reprojection error of {calibration.rms_px:.2f} px is high: blurred pictures, a crumpled board, "
             "or a lens so wide that this kit has no model for it.",
         )
-    if calibration.misfit > MISFIT and len(calibration.used) >= FEW:
+    if len(calibration.used) < FEW:
+        yield 0, f"{len(calibration.used)} boards cannot show whether a camera was moved between them: 15 to 25 can."
+    elif calibration.misfit > MISFIT:
         yield (
             1,
             f"The boards contradict each other {calibration.misfit:.0f} times more than their corners explain: "
