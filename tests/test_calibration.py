@@ -409,3 +409,10 @@ def test_one_camera_on_both_sides_is_refused_where_corners_are_missing():
     with pytest.raises(CalibrationError, match="the same pictures"):
         check_two_cameras([View(str(k), seen, seen + 0.1) for k, seen in enumerate(corners)])
     check_two_cameras([View(str(k), seen, seen + 5.0) for k, seen in enumerate(corners)])
+
+
+def test_a_row_difference_that_nobody_knows_is_saved_and_loaded(bench_calibration, tmp_path):
+    """Of ChArUco boards of which no corner is seen by both cameras: a file that does not load would be made anew for ever."""
+    replace(bench_calibration, vertical_error_px=np.nan).save(tmp_path / "cal.json")
+    again = StereoCalibration.load(tmp_path / "cal.json")
+    assert np.isnan(again.vertical_error_px) and again.rms_px == bench_calibration.rms_px

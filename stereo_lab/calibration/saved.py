@@ -23,6 +23,7 @@ ARRAYS = {
     "translation_mm": (3,),
 }
 NUMBERS = ("rms_px", "left_rms_px", "right_rms_px", "vertical_error_px", "focal_sigma_percent", "board_bend_mm")
+UNKNOWN_TOO = ("vertical_error_px",)  # where no corner of a ChArUco board is seen by both cameras
 NUMBERS_OR_NONE = ("heldout_vertical_error_px", "heldout_length_error_percent")
 WORDS = ("lens", "verdict")
 DISTORTIONS = (4, 5, 8, 12, 14)  # how many numbers OpenCV's lens models have
@@ -44,7 +45,7 @@ def read_saved(path: str | Path) -> dict[str, Any]:
         return {
             "image_size": _size(facts["image_size"]),
             **{key: as_field(facts[key], shape, key) for key, shape in ARRAYS.items()},
-            **{key: np.nan if unjudged and facts[key] is None else finite_number(facts[key], key) for key in NUMBERS},
+            **{key: _number(facts[key], key, unjudged or key in UNKNOWN_TOO) for key in NUMBERS},
             **{key: None if facts[key] is None else finite_number(facts[key], key) for key in NUMBERS_OR_NONE},
             **{key: str(facts[key]) for key in WORDS},
             "pairs": whole_in(facts["pairs"], "pairs", 0, MOST_PAIRS),
@@ -63,6 +64,10 @@ def read_saved(path: str | Path) -> dict[str, Any]:
         raise CalibrationError(f"{path} is no calibration of this kit: it has no {error}. {MAKE_ONE}") from None
     except StereoLabError as error:
         raise CalibrationError(f"{path} is no calibration of this kit: {error} {MAKE_ONE}") from None
+
+
+def _number(value, name, may_be_unknown):
+    return np.nan if may_be_unknown and value is None else finite_number(value, name)
 
 
 def _list(value, name):
