@@ -16,7 +16,9 @@ from stereo_lab.calibration.cameras import ARRAYS
 from stereo_lab.calibration.corners import _neighbours, find_corners
 from stereo_lab.calibration.recipe import calibrate_views
 from stereo_lab.calibration.refusals import check_two_cameras
+from stereo_lab.calibration.saved import WORDS
 from stereo_lab.calibration.search import find_views
+from stereo_lab.calibration.verdict import GRADES
 from stereo_lab.calibration.views import View
 from stereo_lab.errors import CalibrationError
 from stereo_lab.recording import Board, StereoPair, open_recording
@@ -416,3 +418,71 @@ def test_a_row_difference_that_nobody_knows_is_saved_and_loaded(bench_calibratio
     replace(bench_calibration, vertical_error_px=np.nan).save(tmp_path / "cal.json")
     again = StereoCalibration.load(tmp_path / "cal.json")
     assert np.isnan(again.vertical_error_px) and again.rms_px == bench_calibration.rms_px
+
+
+def camera(fx=600.0, skew=0.0, below=0.0, center=(320.0, 240.0)):
+    return [[fx, skew, center[0]], [below, 600.0, center[1]], [0.0, 0.0, 1.0]]
+
+
+LINKED = (np.eye(24) + 5 * (np.eye(24, k=1) + np.eye(24, k=-1))).tolist()
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "says"),
+    [
+        ("left_matrix", camera(skew=50.0), "left_matrix has a skew"),
+        ("right_matrix", camera(below=30.0), "right_matrix has a skew"),
+        ("left_matrix", camera(center=(99999.0, -5000.0)), "left_matrix has its principal point farther outside .* 640x480"),
+        ("right_matrix", camera(fx=1e-9), "right_matrix has a focal length that no lens has: .*1e-09"),
+        ("left_distortion", [1e9] * 5, "left_distortion is of no lens"),
+        ("translation_mm", [-0.08, 0, 0], "stand 0.08 mm apart. Is it in millimetres"),
+        ("translation_mm", [80, 0, 0], "by these it stands -80 mm to the right of it"),
+        ("translation_mm", [0, -80, 0], "and 80 mm below it"),
+        ("covariance", LINKED, "covariance is no covariance: .* no negative eigenvalue"),
+        ("covariance", (1e-9 * np.array(LINKED)).tolist(), "covariance is no covariance"),
+        ("depth_mm", 0, "depth_mm: expected a number from 0.001"),
+        ("depth_mm", -5, "depth_mm: expected a number from 0.001"),
+        ("misfit", -1, "misfit: expected a number from 1 "),
+        ("rms_px", -1, "rms_px: expected a number from 0 "),
+        ("verdict", "excellent", "verdict: expected good or usable or poor, got 'excellent'"),
+        ("verdict", None, "verdict: expected good or usable or poor, got None"),
+        ("lens", "fisheye", "lens: expected brown, got 'fisheye'"),
+        ("image_size", [480, 640], "pictures, which are 480x640 .* image_size exchanged"),
+    ],
+)  # fmt: skip
+def test_what_no_calibration_can_be_is_named(saved, key, value, says):
+    path, facts = saved
+    path.write_text(json.dumps({**facts, key: value}))
+    with pytest.raises(CalibrationError, match=says) as error:
+        StereoCalibration.load(path)
+    assert str(path) in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("left_matrix", camera(center=(-600.0, 900.0))),
+        ("left_distortion", [-0.4, 0.2, 0.0, 0.0, -0.05]),
+        ("left_distortion", [8.0, 4.0, 0.0, 0.0, 0.1, 8.3, 6.5, 0.8]),
+        ("translation_mm", [-1000.0, 2.0, -3.0]),
+        ("covariance", np.zeros((24, 24)).tolist()),
+        ("covariance", np.ones((24, 24)).tolist()),
+        ("vertical_error_px", None),
+    ],
+)
+def test_what_an_odd_calibration_may_be_is_loaded(saved, key, value):
+    path, facts = saved
+    path.write_text(json.dumps({**facts, key: value}))
+    assert StereoCalibration.load(path).lens == "brown"
+
+
+def test_a_calibration_of_squares_in_metres_is_kept(saved):
+    """It says of itself that it is poor, and which unit it takes the squares to be in."""
+    path, facts = saved
+    metres = [part / 1000 for part in facts["translation_mm"]]
+    path.write_text(json.dumps({**facts, "translation_mm": metres, "verdict": "poor"}))
+    assert StereoCalibration.load(path).baseline_mm < 1
+
+
+def test_the_reader_knows_the_verdicts_that_are_given():
+    assert WORDS["verdict"] == GRADES
