@@ -13,10 +13,11 @@ import yaml
 from stereo_lab import cli
 from stereo_lab.calibration import calibrate_recording
 from stereo_lab.capture import export_calibration, import_calibration
+from stereo_lab.capture.exchange import recording_of
 from stereo_lab.doctor import check_recording
 from stereo_lab.errors import CalibrationError
 from stereo_lab.localization import Localizer
-from stereo_lab.recording import open_recording
+from stereo_lab.recording import Ball, open_recording
 
 FIELDS = "left_matrix", "left_distortion", "right_matrix", "right_distortion", "rotation", "translation_mm"
 
@@ -269,3 +270,57 @@ def test_a_mirrored_table_is_no_note_where_the_calibration_is_from_elsewhere(ben
     import_calibration(files[:1]).save(tmp_path / "mine" / "calibration.json")
     checkup = check_recording(open_recording(tmp_path / "mine"))
     assert [(f.name, f.severity) for f in checkup.findings] == findings
+
+
+FISHEYE = ("K1", "D1", "K2", "D2", "R", "T")
+
+
+def of_numbers(calibration, count):
+    """The same cameras, their distortions of so many numbers."""
+    lenses = {f"{side}_distortion": np.resize([-0.02, 0.01, 0.0, 0.0, 0.0], count) for side in ("left", "right")}
+    return replace(calibration, **lenses)
+
+
+def test_a_fisheye_of_opencv_is_not_taken_for_an_ordinary_lens(calibration, tmp_path):
+    for lens in (of_numbers(calibration, 4), replace(calibration, right_distortion=np.full((4, 1), -0.02))):
+        with pytest.raises(
+            CalibrationError, match="expected 5, 8, 12 or 14 numbers in .*_distortion; there are 4. .*write a fifth"
+        ):
+            import_calibration(two_files(tmp_path, lens, FISHEYE, 1))
+    for count in (5, 8, 12, 14):
+        found = import_calibration(two_files(tmp_path, of_numbers(calibration, count), FISHEYE, 1))
+        assert len(found.left_distortion) == len(found.right_distortion) == count
+
+
+def test_a_lens_of_four_numbers_is_given_away_with_five(calibration, tmp_path):
+    """What ROS calls plumb_bob may come with four: the kit's own files of it can be read again."""
+    four = of_numbers(calibration, 4)
+    for files in (export_calibration(four, tmp_path)[:1], export_calibration(four, tmp_path)[1:]):
+        same(import_calibration(files), of_numbers(calibration, 5), 1e-6)
+
+
+def test_a_lens_of_more_numbers_is_another_calibration(calibration, tmp_path):
+    for count in (5, 5, 8):
+        files = export_calibration(of_numbers(calibration, count), tmp_path)
+        if count == 8:
+            with pytest.raises(CalibrationError, match="has another calibration already"):
+                recording_of(import_calibration(files[:1]), tmp_path / "mine", Ball("red", 40.0))
+        else:
+            recording_of(import_calibration(files[:1]), tmp_path / "mine", Ball("red", 40.0))
+
+
+@pytest.mark.parametrize(
+    ("row", "column", "value", "says"),
+    [
+        (0, 1, 50.0, "left_matrix has a skew"),
+        (1, 0, 30.0, "left_matrix has a skew"),
+        (0, 2, 99999.0, "left_matrix has its principal point farther outside"),
+        (0, 0, 1e-9, "left_matrix has a focal length that no lens has"),
+    ],
+)
+def test_cameras_that_cannot_be_are_not_taken_over(calibration, tmp_path, row, column, value, says):
+    matrix = calibration.left_matrix.copy()
+    matrix[row, column] = value
+    spoilt = replace(calibration, left_matrix=matrix)
+    with pytest.raises(CalibrationError, match=f"intrinsics.yml and extrinsics.yml: {says}"):
+        import_calibration(two_files(tmp_path, spoilt, FISHEYE, 1))

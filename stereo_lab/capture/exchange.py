@@ -17,8 +17,7 @@ import numpy as np
 import yaml
 
 from stereo_lab.calibration import StereoCalibration
-from stereo_lab.calibration.refusals import check_sides
-from stereo_lab.calibration.saved import ARRAYS, TAKEN_OVER, as_field
+from stereo_lab.calibration.saved import ARRAYS, BASELINE_MM, TAKEN_OVER, as_field, check_cameras
 from stereo_lab.common.files import read_bytes, write_json, write_whole
 from stereo_lab.errors import CalibrationError, StereoLabError
 from stereo_lab.recording import Ball, Board, Recording, open_recording
@@ -26,7 +25,6 @@ from stereo_lab.recording.bounds import PICTURE_PX, told_mm, whole_in
 from stereo_lab.recording.importing import camera_facts, check_new
 
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "inch": 25.4, "m": 1000.0}
-BASELINE_MM = (10.0, 3000.0)  # of two cameras on a table, or on a mast
 NAMES = {  # what OpenCV's examples and common tools call each of them
     "left_matrix": ("M1", "K1", "cameraMatrix1", "camera_matrix_1", "Camera_1_Matrix", "left_camera_matrix", "mtxL"),
     "left_distortion": ("D1", "distCoeffs1", "dist_coeffs_1", "Camera_1_Distortion", "left_distortion", "distL"),
@@ -36,6 +34,8 @@ NAMES = {  # what OpenCV's examples and common tools call each of them
     "translation_mm": ("T", "translation", "Translation_Vector"),
 }
 WIDTHS, HEIGHTS = ("image_width", "imageWidth", "width"), ("image_height", "imageHeight", "height")
+DISTORTIONS = "left_distortion", "right_distortion"
+LEAST = 5  # numbers of a distortion in the files that are written: of four another program cannot tell which lens they are of
 ROS_LENSES = ("plumb_bob", "rational_polynomial")
 
 
@@ -69,17 +69,22 @@ def _opencv_text(calibration):
     file.write("unit", "mm")
     for field, names in NAMES.items():
         value = getattr(calibration, field)
-        file.write(
-            names[0], value if value.ndim == 2 else value.reshape(1, -1) if "dist" in field else value.reshape(-1, 1)
-        )
+        if field in DISTORTIONS:
+            value = _five_or_more(value)
+        file.write(names[0], value if value.ndim == 2 else value.reshape(-1, 1))
     for k, (turn, projection) in enumerate(calibration.rectified.values(), 1):
         file.write(f"R{k}", turn)
         file.write(f"P{k}", projection)
     return file.releaseAndGetString()
 
 
+def _five_or_more(lens):
+    """A distortion as a row; of four numbers with a fifth one, 0, which changes nothing."""
+    return np.append(lens, np.zeros(max(0, LEAST - len(lens)))).reshape(1, -1)
+
+
 def _ros_facts(calibration, side, name):
-    lens = getattr(calibration, f"{side}_distortion")
+    lens = _five_or_more(getattr(calibration, f"{side}_distortion"))
     turn, projection = calibration.rectified[side]
     in_metres = projection.copy()
     in_metres[:, 3] /= UNITS_MM["m"]
@@ -89,8 +94,8 @@ def _ros_facts(calibration, side, name):
         "image_height": int(calibration.image_size[1]),
         "camera_name": f"{name}/{side}",
         "camera_matrix": table(getattr(calibration, f"{side}_matrix")),
-        "distortion_model": "plumb_bob" if len(lens) <= 5 else "rational_polynomial",
-        "distortion_coefficients": table(lens.reshape(1, -1)),
+        "distortion_model": "plumb_bob" if lens.size == LEAST else "rational_polynomial",
+        "distortion_coefficients": table(lens),
         "rectification_matrix": table(turn),
         "projection_matrix": table(in_metres),
     }
@@ -112,7 +117,8 @@ def import_calibration(files: Sequence[str | Path], unit: str | None = None) -> 
     Raises
     ------
     CalibrationError
-        If a file cannot be read, something is missing, it is in another unit, or the cameras would stand an unlikely way apart.
+        If a file cannot be read, something is missing, it is in another unit, it is of a fisheye lens, or there can be no
+        such two cameras.
     """
     if unit is not None and unit not in UNITS_MM:
         raise CalibrationError(f"Expected a unit of {', '.join(UNITS_MM)}; got {unit!r}.")
@@ -123,27 +129,17 @@ def import_calibration(files: Sequence[str | Path], unit: str | None = None) -> 
     if not BASELINE_MM[0] <= baseline <= BASELINE_MM[1]:
         wish = "" if ros else " Say in which unit its translation is: --unit m, cm or inch."
         raise CalibrationError(f"{_named(texts)}: the two cameras would stand {told_mm(baseline)} mm apart.{wish}")
+    try:
+        check_cameras(facts)
+    except CalibrationError as error:
+        raise CalibrationError(f"{_named(texts)}: {error}") from None
     unknown = float("nan")
-    calibration = StereoCalibration(
+    return StereoCalibration(
         **facts, rms_px=unknown, left_rms_px=unknown, right_rms_px=unknown, vertical_error_px=unknown, focal_sigma_percent=unknown,
         heldout_vertical_error_px=None, heldout_length_error_percent=None, board_bend_mm=unknown, lens="brown",
         pairs=0, found=0, used=(), dropped=(), verdict="usable", made_from=TAKEN_OVER,
         reasons=(f"Taken over from {_named(texts)}. What it was made of is not here, so how good it is is not known.",),
     )  # fmt: skip
-    _check_sides(calibration.rig, texts)
-    return calibration
-
-
-def _check_sides(rig, texts):
-    """As boards of one's own are checked, in words for a file: nothing could place a ball by such cameras."""
-    try:
-        check_sides(rig)
-    except CalibrationError:
-        x, y, _ = (f"{part:.0f}" for part in -rig.rotation.T @ rig.translation)
-        raise CalibrationError(
-            f"{_named(texts)}: expected the right camera to stand to the right of the left one; by these it stands {x} mm to the right of it "
-            f"and {y} mm below it. Were the two exchanged, or the translation turned round?"
-        ) from None
 
 
 def recording_of(calibration: StereoCalibration, folder: str | Path, ball: Ball) -> Recording:
@@ -177,7 +173,8 @@ def recording_of(calibration: StereoCalibration, folder: str | Path, ball: Ball)
 
 
 def _alike(one, other):
-    return all(np.allclose(getattr(one, key), getattr(other, key)) for key in ARRAYS)
+    pairs = [(getattr(one, key), getattr(other, key)) for key in ARRAYS]
+    return all(a.shape == b.shape and np.allclose(a, b) for a, b in pairs)
 
 
 def _by(size):
@@ -219,10 +216,21 @@ def _of_opencv(texts, unit):
             "OpenCV's own example writes two files, intrinsics.yml and extrinsics.yml: name both. A size of the pictures that is "
             "missing may be added by hand: image_width and image_height."
         )
+    _check_lens(found, _named(texts))
     size = _size(found.pop("width"), found.pop("height"), _named(texts))
     checked = {field: _shaped(value, field, _named(texts)) for field, value in found.items()}
     checked["translation_mm"] = checked["translation_mm"] * unit_mm
     return {"image_size": size, **checked}
+
+
+def _check_lens(found, where):
+    """Refuse four numbers: no name in such a file tells a fisheye lens from an ordinary one."""
+    for field in DISTORTIONS:
+        if np.size(found[field]) == 4:
+            raise CalibrationError(
+                f"{where}: expected 5, 8, 12 or 14 numbers in {field}; there are 4. So many has a lens of cv2.fisheye, of which this kit has no "
+                "model, and an older calibration of an ordinary lens. If it is an ordinary lens, write a fifth number, 0, and 5 for its 4 rows or cols."
+            )
 
 
 def _nodes(file):
