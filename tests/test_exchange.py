@@ -324,3 +324,36 @@ def test_cameras_that_cannot_be_are_not_taken_over(calibration, tmp_path, row, c
     spoilt = replace(calibration, left_matrix=matrix)
     with pytest.raises(CalibrationError, match=f"intrinsics.yml and extrinsics.yml: {says}"):
         import_calibration(two_files(tmp_path, spoilt, FISHEYE, 1))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ('"misfit": 1.0', '"misfit": 1,0', "line [0-9]+: this is not valid JSON.* A number has a point, not a comma"),
+        ('"lens": "brown"', '"lens": "fisheye"', "lens: expected brown, got 'fisheye'"),
+        ('"lens": ', '"glass": ', "it has no 'lens'"),
+    ],
+)
+def test_a_broken_calibration_is_told_where_there_are_no_boards(taken_over, capsys, old, new, says):
+    path = taken_over.path / "calibration.json"
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    with pytest.raises(CalibrationError, match=says) as error:
+        calibrate_recording(taken_over)
+    assert str(path) in str(error.value)
+    assert cli.main(["calibrate", str(taken_over.path)]) == 2 and str(path) in capsys.readouterr().err
+
+
+def test_a_calibration_of_another_size_is_told_where_there_are_no_boards(taken_over):
+    path = taken_over.path / "calibration.json"
+    facts = json.loads(path.read_text())
+    path.write_text(json.dumps(facts | {"image_size": facts["image_size"][::-1]}))
+    with pytest.raises(CalibrationError, match="is for pictures of 480x640 pixels, and those of .* are 640x480"):
+        calibrate_recording(taken_over)
+
+
+def test_no_boards_and_no_calibration_is_told(taken_over):
+    (taken_over.path / "calibration.json").unlink()
+    with pytest.raises(CalibrationError, match="has no pictures of boards"):
+        calibrate_recording(taken_over)

@@ -21,6 +21,7 @@ from stereo_lab.errors import CalibrationError, RecordingError, StereoLabError, 
 from stereo_lab.recording import Recording, open_recording
 from stereo_lab.recording.strays import told_of_strays
 
+BESIDE = "calibration.json"  # beside the sets of a recording
 BROUGHT, KEPT, MADE = "it came with the recording", "kept from an earlier run", "made just now"
 NEAREST_MM, FARTHEST_MM = 200.0, 10_000.0  # of measured balls
 
@@ -52,17 +53,32 @@ def find_calibration(
 ) -> tuple[StereoCalibration, str]:
     """The same, and where it comes from: BROUGHT, KEPT or MADE."""
     recording = boards_of(recording)
-    key = _key(recording) if "calibration" in recording.sets else TAKEN_OVER
-    for path, source in ((recording.path / "calibration.json", BROUGHT), (_user_path(key), KEPT)):
+    if "calibration" not in recording.sets:
+        return _taken_over(recording), BROUGHT
+    key = _key(recording)
+    for path, source in ((recording.path / BESIDE, BROUGHT), (_user_path(key), KEPT)):
         found = _read(path, key)
         if found is not None:
             return found, source
-    if key == TAKEN_OVER:
+    return _make(recording, key, progress), MADE
+
+
+def _taken_over(recording):
+    """The calibration from elsewhere that a recording without boards has: what is wrong with it is told, for none can be made anew."""
+    path = recording.path / BESIDE
+    found = StereoCalibration.load(path) if path.exists() else None
+    if found is None or found.made_from != TAKEN_OVER:
         raise CalibrationError(
             f"{recording.title} has no pictures of boards, in calibration/left and calibration/right."
             f"{told_of_strays(recording.path)}"
         )
-    return _make(recording, key, progress), MADE
+    if found.image_size != tuple(recording.image_size):
+        (width, height), (wide, high) = found.image_size, recording.image_size
+        raise CalibrationError(
+            f"{path} is for pictures of {width}x{height} pixels, and those of {recording.title} are {wide}x{high}. Take over one that was "
+            "made at this size."
+        )
+    return found
 
 
 def calibrate_anew(recording: Recording, progress: Callable[[int, int], object] | None = None) -> StereoCalibration:
