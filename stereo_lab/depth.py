@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from dataclasses import dataclass
 from itertools import product
 
@@ -116,12 +117,20 @@ class OffsetDepth:
         return cls(float(a), float(d0), float(c), a / (d - d0) + c - depth)
 
     def predict(self, disparity_px: ArrayLike) -> float | np.ndarray:
-        """Depth in mm for one disparity or an array."""
-        return self.a / (np.asarray(disparity_px, float) - self.d0) + self.c
+        """Depth in mm for one disparity or an array; NaN at d0 and below, where the two rays meet nowhere."""
+        gap = np.asarray(disparity_px, float) - self.d0
+        return self.a / np.where(gap > 0, gap, np.nan) + self.c
+
+
+def _numbers(values):
+    try:
+        return np.asarray(values, float).ravel()
+    except (TypeError, ValueError):
+        raise StereoLabError(f"Expected numbers, in rows of one length; got {reprlib.repr(values)}.") from None
 
 
 def _samples(disparity, depth):
-    d, depth = np.asarray(disparity, float).ravel(), np.asarray(depth, float).ravel()
+    d, depth = _numbers(disparity), _numbers(depth)
     if len(d) != len(depth) or len(d) < 3 or len(np.unique(d.round(6))) < 3:
         raise StereoLabError(
             f"Expected three samples or more at different depths; got {len(d)} disparities, {len(np.unique(d.round(6)))} of "

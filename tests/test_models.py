@@ -96,3 +96,39 @@ def test_rigid_fit_refuses_a_line_of_points():
         RigidFit.fit(cloud, np.tile([0.0, 100.0, 1000.0], (6, 1)))  # a table whose first row was copied down
     with pytest.raises(StereoLabError, match="above zero"):
         RigidFit.fit(cloud, cloud, np.zeros((6, 3)))
+
+
+WORDS = ["near", "far", "far away"]
+
+
+@pytest.mark.parametrize(
+    "fit",
+    [
+        lambda: LineFit.fit(WORDS, [1, 2, 3]),
+        lambda: LineFit.fit([1, 2, 3], [[1], [2, 3], []]),
+        lambda: PaperDepth.fit(WORDS, [1, 2, 3]),
+        lambda: OffsetDepth.fit([1, 2, 3], WORDS),
+        lambda: RigidFit.fit([WORDS] * 3, np.eye(3)),
+        lambda: RigidFit.fit(np.eye(3), np.eye(3), "small"),
+    ],
+)
+def test_samples_that_are_no_numbers_are_named(fit):
+    with pytest.raises(StereoLabError, match="Expected numbers, in rows of one length; got "):
+        fit()
+
+
+def test_as_many_standard_deviations_as_points():
+    points = 100 * np.eye(3)
+    with pytest.raises(StereoLabError, match=r"as many standard deviations as points, \(3, 3\); got \(5, 3\)"):
+        RigidFit.fit(points, points, np.ones((5, 3)))
+    for sigma in (2.0, [1.0, 1.0, 3.0], np.ones((3, 1)), np.ones((3, 3))):
+        assert np.allclose(RigidFit.fit(points, points, sigma).residuals_mm, 0, atol=1e-6)
+
+
+def test_rays_that_meet_nowhere_have_no_depth():
+    """At d0 they are parallel; below it they part, and the curve would tell a place behind the cameras."""
+    d = np.array([150.0, 100, 70, 50, 40])
+    fit = OffsetDepth.fit(d, 73000 / (d - 1.7) + 12)
+    depth = fit.predict([fit.d0 - 1, fit.d0, 70])
+    assert np.isnan(depth[:2]).all() and depth[2] == pytest.approx(73000 / 68.3 + 12)
+    assert np.isnan(fit.predict(0.0)) and np.ndim(fit.predict(70.0)) == 0
