@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 from conftest import ROOT
-from stereo_lab.calibration import store
+from stereo_lab.calibration import find_corners, find_homography, store
 from stereo_lab.cli import main
 from stereo_lab.common.files import read_json, typed, whole_folder, write_whole
 from stereo_lab.common.spreadsheets import read_table
@@ -946,3 +946,61 @@ def test_with_json_the_terminal_shows_json_alone(capsys, words):
 def test_one_camera_is_no_pair():
     with pytest.raises(StereoLabError, match="Expected two cameras, got number 0 for both"):
         CameraPair(0, 0, (640, 480))
+
+
+BOARDS = Board(9, 6, 25.0), Board(8, 6, 25.0, "charuco", 18.75, "DICT_4X4_50")
+GREY = np.full((48, 64, 3), 127, np.uint8)
+
+
+@pytest.mark.parametrize("board", BOARDS, ids=lambda board: board.kind)
+@pytest.mark.parametrize(
+    "image",
+    [
+        None, GREY.astype(np.float32), GREY / 255, GREY.astype(np.uint16), GREY > 100, GREY[..., :1], GREY[:0], GREY[:0, :, 0],
+        GREY[..., 0] / 255, "board.jpg",
+    ],
+    ids=["none", "float32", "float64", "uint16", "bool", "one_channel", "empty", "empty_grey", "grey_float", "name"],
+)  # fmt: skip
+def test_corners_are_looked_for_in_a_picture(board, image):
+    with pytest.raises(StereoLabError, match="Expected a picture of shape .* and type uint8; (got|there is none)"):
+        find_corners(image, board)
+
+
+@pytest.mark.parametrize("board", BOARDS, ids=lambda board: board.kind)
+@pytest.mark.parametrize(("height", "width"), [(5, 5), (1, 1), (8, 640), (640, 12), (16, 16)])
+def test_a_picture_too_small_for_a_board_shows_none(board, height, width):
+    assert find_corners(np.full((height, width, 3), 127, np.uint8), board) is None
+    assert find_corners(np.full((height, width), 127, np.uint8), board) is None
+
+
+SQUARE = np.array([[0.0, 0], [100, 0], [100, 100], [0, 100]])
+SLANT = np.arange(5.0)[:, None] * [30.0, 20.0]
+CLOUD = np.array([[10.0, 20], [200, 40], [90, 300], [260, 210], [120, 150]])
+
+
+@pytest.mark.parametrize(
+    ("board", "pixels", "says"),
+    [
+        (SQUARE, SQUARE * np.nan, "A point on the picture is not two finite numbers"),
+        (SQUARE + [np.inf, 0], SQUARE, "A point on the board is not two finite numbers"),
+        (SQUARE * 0, SQUARE, "All points on the board lie on one line"),
+        (SLANT, CLOUD, "All points on the board lie on one line"),
+        (SLANT.astype(np.float32) / 3, CLOUD, "All points on the board lie on one line"),
+        (CLOUD, SLANT, "All points on the picture lie on one line"),
+        (SQUARE[[0, 1, 2, 2]], SQUARE, "All points but one lie on one line"),
+        (SQUARE, np.vstack([SLANT[:3], [[0, 90]]]), "All points but one lie on one line"),
+        (np.vstack([SLANT, [[0, 90]]]), np.vstack([SLANT, [[0, 90]]]), "All points but one lie on one line"),
+        ([["a", "b"]] * 4, SQUARE, "these are no numbers"),
+        (np.ones((4, 3)), np.ones((4, 3)), "Expected points of 2 numbers each"),
+        (SQUARE[:3], SQUARE[:3], "needs four points or more"),
+    ],
+)
+def test_points_that_no_homography_follows_from(board, pixels, says):
+    with pytest.raises(StereoLabError, match=says):
+        find_homography(board, pixels)
+
+
+def test_a_board_seen_nearly_from_its_edge_still_has_a_homography():
+    board = np.array([[x, y] for y in range(6) for x in range(9)]) * 25.0
+    pixels = np.column_stack([320 + board[:, 0], 240 + 0.001 * board[:, 1]])
+    assert find_homography(board, pixels)[0, 0] == pytest.approx(1.0)

@@ -18,6 +18,7 @@ from stereo_lab.recording import Board, StereoPair
 from stereo_lab.recording.bounds import CHARUCO, FEWEST_CORNERS, MARKER, MOST_CORNERS
 
 SHOWN = 3  # pairs in which another board is looked for
+SMALLEST_PX = 16  # a side of a picture; OpenCV's finders stumble over less, and no board can be seen in it
 NEAR_OF_SQUARE = 0.2  # radius of the first, rough placing, as a part of the square
 
 
@@ -38,8 +39,15 @@ def find_corners(image: np.ndarray, board: Board, finders: Sequence[Callable] | 
     ndarray, shape (corners, 2), float32, or None
         Row by row. None where no whole chessboard of this size is seen, or too little of a ChArUco board; of such a board a
         corner that is not seen is NaN.
+
+    Raises
+    ------
+    StereoLabError
+        If it is no picture, or of another type.
     """
-    grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
+    grey = _grey(image)
+    if min(grey.shape) < SMALLEST_PX:
+        return None
     if board.kind == CHARUCO:
         return find_charuco(grey, board)
     for finder in finders or (classic, sector):
@@ -49,6 +57,18 @@ def find_corners(image: np.ndarray, board: Board, finders: Sequence[Callable] | 
             if not _goes_on(grey, corners, board):
                 return _one_order(grey, corners, board)
     return None
+
+
+def _grey(image):
+    """A picture in grey; what is neither a BGR nor a grey one is refused."""
+    image = np.asarray(image)
+    coloured = image.ndim == 3 and image.shape[2] == 3
+    if not (coloured or image.ndim == 2) or image.dtype != np.uint8 or not image.size:
+        got = f"got {image.shape} and {image.dtype}" if image.ndim else "there is none; was its file found?"
+        raise StereoLabError(
+            f"Expected a picture of shape (height, width, 3), or (height, width) in grey, and type uint8; {got}."
+        )
+    return cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if coloured else image
 
 
 def _spacing(corners, board):

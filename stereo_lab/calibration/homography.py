@@ -10,7 +10,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stereo_lab.calibration.cameras import as_points
 from stereo_lab.errors import StereoLabError
+
+TOO_LITTLE = 1e-6  # of the largest singular value: what is so small is rounding
 
 
 def find_homography(board_Nx2: ArrayLike, pixels_Nx2: ArrayLike) -> np.ndarray:
@@ -31,17 +34,26 @@ def find_homography(board_Nx2: ArrayLike, pixels_Nx2: ArrayLike) -> np.ndarray:
     Raises
     ------
     StereoLabError
-        With fewer than four points.
+        With fewer than four points, something in them that is no finite number, or so many of them on one line that
+        the rest leave the matrix open.
     """
-    board, pixels = np.asarray(board_Nx2, float), np.asarray(pixels_Nx2, float)
-    if board.shape != pixels.shape or board.ndim != 2 or board.shape[1] != 2 or len(board) < 4:
+    board, pixels = as_points(board_Nx2, 2), as_points(pixels_Nx2, 2)
+    if board.shape != pixels.shape or len(board) < 4:
         raise StereoLabError(f"A homography needs four points or more, (N, 2); got {board.shape} and {pixels.shape}.")
+    _check_plane(board, "board")
+    _check_plane(pixels, "picture")
     to_board, to_pixels = _normalizer(board), _normalizer(pixels)
     rows = []
     for (x, y), (u, v) in zip(apply(to_board, board), apply(to_pixels, pixels), strict=True):
         rows.append([x, y, 1, 0, 0, 0, -u * x, -u * y, -u])
         rows.append([0, 0, 0, x, y, 1, -v * x, -v * y, -v])
-    solution = np.linalg.svd(np.array(rows))[2][-1].reshape(3, 3)
+    values, directions = np.linalg.svd(np.array(rows))[1:]
+    solution = directions[-1].reshape(3, 3)
+    flat = np.linalg.svd(solution, compute_uv=False)
+    if (
+        values[7] <= TOO_LITTLE * values[0] or flat[2] <= TOO_LITTLE * flat[0]
+    ):  # a second one fits as well, or it has no inverse
+        raise StereoLabError("All points but one lie on one line, or on one another: take four of which no three do.")
     homography = np.linalg.inv(to_pixels) @ solution @ to_board
     return homography / homography[2, 2]
 
@@ -67,6 +79,15 @@ def focal_from_homography(homography: ArrayLike, center_px: tuple[float, float])
     if abs(deep) < 1e-12 or -flat / deep <= 0:
         return None
     return float(np.sqrt(-flat / deep))
+
+
+def _check_plane(points, where):
+    """Refuse points that are no numbers, or that lie on one line."""
+    if not np.isfinite(points).all():
+        raise StereoLabError(f"A point on the {where} is not two finite numbers: leave it out, in both lists.")
+    spread = np.linalg.svd(points - points.mean(0), compute_uv=False)
+    if spread[1] <= TOO_LITTLE * spread[0]:
+        raise StereoLabError(f"All points on the {where} lie on one line: take some beside it as well.")
 
 
 def _normalizer(points):
