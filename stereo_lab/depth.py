@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import reprlib
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stereo_lab.common.vectors import as_numbers
 from stereo_lab.errors import StereoLabError
 
 STEPS = 60
@@ -122,15 +122,8 @@ class OffsetDepth:
         return self.a / np.where(gap > 0, gap, np.nan) + self.c
 
 
-def _numbers(values):
-    try:
-        return np.asarray(values, float).ravel()
-    except (TypeError, ValueError):
-        raise StereoLabError(f"Expected numbers, in rows of one length; got {reprlib.repr(values)}.") from None
-
-
 def _samples(disparity, depth):
-    d, depth = _numbers(disparity), _numbers(depth)
+    d, depth = as_numbers(disparity).ravel(), as_numbers(depth).ravel()
     if len(d) != len(depth) or len(d) < 3 or len(np.unique(d.round(6))) < 3:
         raise StereoLabError(
             f"Expected three samples or more at different depths; got {len(d)} disparities, {len(np.unique(d.round(6)))} of "

@@ -6,14 +6,13 @@ turns and shifts the triangulated points on to the bench; it holds everywhere.
 
 from __future__ import annotations
 
-import reprlib
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stereo_lab.common.vectors import cross
+from stereo_lab.common.vectors import as_numbers, cross
 from stereo_lab.errors import StereoLabError
 
 STEPS = 12
@@ -91,7 +90,7 @@ class RigidFit:
             With fewer than three points, something in them that is no number, all of them on one line, or sigmas that are
             not theirs.
         """
-        camera, bench = _numbers(camera_Nx3), _numbers(bench_Nx3)
+        camera, bench = as_numbers(camera_Nx3), as_numbers(bench_Nx3)
         if camera.shape != bench.shape or camera.ndim != 2 or camera.shape[1] != 3 or len(camera) < 3:
             raise StereoLabError(
                 f"A rigid fit needs three points or more, (N, 3); got {camera.shape} and {bench.shape}."
@@ -102,7 +101,7 @@ class RigidFit:
             spread = np.linalg.svd(points - points.mean(0), compute_uv=False)
             if spread[1] <= 1e-3 * spread[0]:
                 raise StereoLabError("All samples lie on one line: move the ball sideways as well as in depth.")
-        sigma = _for_each(1.0 if sigma_Nx3 is None else _numbers(sigma_Nx3), camera.shape)
+        sigma = _for_each(1.0 if sigma_Nx3 is None else as_numbers(sigma_Nx3), camera.shape)
         if not (np.isfinite(sigma).all() and (sigma > 0).all()):
             raise StereoLabError("Standard deviations of points must be numbers above zero.")
         (rotation, shift), scale = kabsch(camera, bench), 1.0
@@ -169,13 +168,6 @@ def _slopes(camera, rotation, scale):
     return slopes
 
 
-def _numbers(values):
-    try:
-        return np.asarray(values, float)
-    except (TypeError, ValueError):
-        raise StereoLabError(f"Expected numbers, in rows of one length; got {reprlib.repr(values)}.") from None
-
-
 def _for_each(sigma, shape):
     """Standard deviations for each coordinate of some points: one for all, one for each direction, or each its own."""
     try:
@@ -185,7 +177,7 @@ def _for_each(sigma, shape):
 
 
 def _same_length(a, b, least):
-    a, b = _numbers(a).ravel(), _numbers(b).ravel()
+    a, b = as_numbers(a).ravel(), as_numbers(b).ravel()
     if len(a) != len(b) or len(a) < least:
         raise StereoLabError(f"Expected {least} samples or more, and as many of each; got {len(a)} and {len(b)}.")
     if not (np.isfinite(a).all() and np.isfinite(b).all()):

@@ -109,7 +109,9 @@ def _check_stand(rotation, translation):
     """As boards of one's own are checked, in words for a file: nothing could place a ball by such cameras."""
     try:
         check_sides(Rig(np.zeros(9), np.zeros(9), rotation, translation))
-    except CalibrationError:
+    except CalibrationError as error:
+        if error.fault == "upside_down":
+            raise
         x, y, _ = (f"{part:.0f}" for part in -rotation.T @ translation)
         raise CalibrationError(
             f"expected the right camera to stand to the right of the left one; by these it stands {x} mm to the right of it "

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import functools
+import reprlib
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
+
+from stereo_lab.errors import StereoLabError
 
 X, Y, Z = np.eye(3)
 CROSS = np.stack([0 * X, -Z, Y, Z, 0 * X, -X, -Y, X, 0 * X], 1)  # the nine entries of the matrix, row by row
@@ -25,6 +28,20 @@ def tangent_circle(center_mm: ArrayLike, radius_mm: float, count: int = 60) -> n
     across = np.linalg.svd(center[None] / distance)[2][1:]
     angle = np.linspace(0, 2 * np.pi, count, endpoint=False)
     return near * center + radius_mm * np.sqrt(near) * np.column_stack([np.cos(angle), np.sin(angle)]) @ across
+
+
+def as_numbers(values: ArrayLike) -> np.ndarray:
+    """An array of float of whatever shape.
+
+    Raises
+    ------
+    StereoLabError
+        If they are no numbers, or rows of several lengths.
+    """
+    try:
+        return np.asarray(values, float)
+    except (TypeError, ValueError):
+        raise StereoLabError(f"Expected numbers, in rows of one length; got {reprlib.repr(values)}.") from None
 
 
 def as_arrays(function: Callable) -> Callable:
