@@ -41,6 +41,7 @@ class Function:
     held : tuple of str, arguments that make no sense twice as large, such as a probability
     endless : str, what to say where a result has no bounds
     borders : tuple of (arguments, results), inputs on the border of two cases, where either result will do
+    of_all : function of all that was given, which says what is wrong with it where no known mistake gives the same, or ""
     solution : str, the lines of the solution, from which slips are told; without them those of ``right`` serve
     """
 
@@ -57,6 +58,7 @@ class Function:
     held: tuple[str, ...] = ()
     endless: str = ""
     borders: tuple[tuple[tuple, tuple], ...] = ()
+    of_all: Callable[[list[Any]], str] | None = None
     solution: str = ""
 
     def judge(self, answer: Any) -> Verdict:
@@ -157,7 +159,8 @@ class Function:
             if self._does_as(mistake.answer, outputs, NEAR) and self._is(answer, mistake):
                 return Verdict(NOT_YET, mistake.message)
         known = f"right for {sum(fits)} of {len(fits)} tries, but " if any(fits) else ""
-        told = self._turned(outputs) or of_a_function(answer, self, outputs)
+        told = self.of_all(outputs) if self.of_all else ""
+        told = told or self._turned(outputs) or of_a_function(answer, self, outputs)
         return Verdict(NOT_YET, told or known + self._example(fits.index(False), outputs))
 
     def _at_a_border(self, answer):

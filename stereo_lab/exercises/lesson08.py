@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from stereo_lab.doctor import healthy
 from stereo_lab.exercises.answers import Choice, Function, Number, Wrong
 from stereo_lab.exercises.question import Question, lesson
@@ -179,7 +181,7 @@ def _board(well):
 
 def _belongs(well):
     first, count = well.since, well.pairs
-    tries = ((0,), (first - 5,), (first - 3,), (first - 2,), (first - 1,), (first,), (first + 1,), (count - 1,))
+    tries = tuple((number,) for number in range(count))  # every pair, for one alone may be missed
     return dict(
         asks="Patient B: does the pair of this number belong to the cameras as they stood when the balls were taken?",
         answer=Function(
@@ -193,7 +195,11 @@ def _belongs(well):
                 Wrong(lambda number: number < count - first, "that is how many pairs are kept, but from the beginning. The balls were taken last."),
                 Wrong(lambda number: number >= first - 2, "two too many: read off the first dot of the upper step."),
                 Wrong(lambda number: first <= number < count - 1, "the last pair is missing: a range ends before its second number."),
-                Wrong(lambda number: number > 0.5, "half a degree is the angle, on the upright axis. `number` is the pair, on the level one."),
+                Wrong(
+                    lambda number: number > 0.5,
+                    "that keeps all pairs but the first. Was it 0.5? That is an angle, on the upright axis; `number` is the pair, on the level one. "
+                    "Was it a text? Texts are compared letter by letter: compare the numbers themselves.",
+                ),
                 Wrong(lambda number: number > count - first, "that is how many pairs are kept, not the number of the first one."),
                 Wrong(lambda number: str(number) >= str(first), "texts are compared letter by letter, so '7' comes after '12'. Compare the numbers themselves."),
                 Wrong(lambda number: number % first == 0, "% is the rest of a division: that says yes to 0 and to every multiple. Compare with >=."),
@@ -204,6 +210,7 @@ def _belongs(well):
                 Wrong(lambda number: first, "a number is no answer to keep or not: compare it with `number`."),
             ),
             "the balls were taken after the boards, so the last state of the cameras counts.",
+            of_all=lambda given: _of_kept(given, first),
         ),
         hints=(
             "Find the step in the figure. On which side of it were the balls taken?",
@@ -274,6 +281,7 @@ def _cameras_alone():
                 Wrong(lambda d, r: (d - r) ** 2, "first square each, then take the one from the other: d² − r² is not (d − r)²."),
                 Wrong(lambda d, r: (d - r) / 2, "spreads do not add up like lengths, and nothing is halved. Squares add up."),
                 Wrong(lambda d, r: d**2 - r**2**0.5, "** 0.5 takes hold of what stands right before it: put brackets round the difference."),
+                Wrong(lambda d, r: d - r**2, "only the ruler's is squared. Does a root take hold of difference_mm**2 alone? Then it undoes that square: both squares belong in its brackets."),
                 Wrong(lambda d, r: d / r, "how many times the ruler's is not asked for."),
             ),
             "the squares of what is independent add up, as the sides at a right angle do.",
@@ -308,12 +316,17 @@ def _help():
                 ("(my |your )?best pair|one pair", "your best pair of pictures"), ("^((what )?the doctor(( says)|'s (words|report|findings|output))?|(the )?report|check(\\.html)?)$", "the doctor's words alone"),
                 ("^(the )?(whole )?(folder|recording)( alone)?$", "the recording alone"),
                 (
-                    "^(a |the |my )?(zip of the )?(whole )?(folder|recording|data/\\w+),?( and| plus| with| ?\\+)? ?(the )?((what|output of) (the )?)?(doctor('s)? |stereo-lab )?(doctor|report|words|output|findings|check(\\.html)?)( says|'s words)?$"
-                    "|^(the )?(doctor('s)? )?(doctor|report|words|output|findings|check(\\.html)?)( says|'s words)?,?( and| plus| with|\\+)? ?(the )?(whole )?(folder|recording)$",
+                    "^(?!.*\\b(not|no|or|nor|never|neither|without|alone|only|just|but|screenshots?)\\b)"
+                    "(?!.*(doctor|report|check|verdict|words|says)('s)?( \\w+)? (of|on|about|for|from) (the |my |your |this )?(whole )?(recording|folder|data))"
+                    "(?=.*\\b(recordings?|folder|data/\\w+))(?=.*\\b(doctor|report|check|verdict)).*$",
                     "the recording and what the doctor says",
                 ),
+                ("^.*(doctor|report|check|verdict|words|says)('s)?( \\w+)? (of|on|about|for|from) (the |my |your |this )?(whole )?(recording|folder|data/\\w+)$", "the doctor's words alone"),
             ),
             beside=(
+                ("both( of (them|these|it))?", "both of what? Name the two: what the kit saw, and what was said of it."),
+                (".*(recording|folder|doctor|report)\\b.* or .*", "the one or the other? Say what you send: what the kit saw, what was said of it, or both."),
+                (".*screenshots?.*", "nobody can try anything with a screenshot. What holds all that the kit saw, and what it thinks of it?"),
                 ("(all|everything|anything|as much).*", "whoever gets everything must search it. Which two things hold all that the kit saw, and what it thinks of it?"),
                 (".*(calibration|ball|board|picture|image|pair|sample|csv|table|ruler).*", "that is a part of it, and the mistake may lie in another. What holds all that the kit saw, and what it thinks of it?"),
                 (".*(mail|phone|chat|message|text|question).*", "yes, but with what in it? What holds all that the kit saw, and what it thinks of it?"),
@@ -338,6 +351,28 @@ def _after(first):
         return number >= first
 
     return belongs
+
+
+def _of_kept(given, first):
+    """What is wrong with the pairs that are kept, where each was answered by yes or no; "" where not."""
+    if not all(np.size(yes) == 1 and np.ravel(yes)[0] in (0, 1) for yes in given):
+        return ""
+    kept = [number for number, yes in enumerate(given) if yes]
+    missing = sorted({*range(first, len(given))} - {*kept})
+    if kept and max(kept) < first:
+        return "those are pairs before the step. The balls were taken last: which cameras saw them?"
+    if not missing:
+        return "too many are kept: read off the first dot of the upper step."
+    if kept and min(kept) < first:
+        return (
+            "pairs from before the step are kept, and some of those after it are not. Which of the two saw the balls?"
+        )
+    if first in missing:
+        return "too few are kept: read off the first dot of the upper step."
+    return (
+        f"pair {missing[0]} is missing, and it comes after the step as well. Did you compare the angle? Half a degree is about "
+        "the step's height, and some pairs lie a little lower. Draw the line in the middle of the step, or compare the number."
+    )
 
 
 def _with_a_digit(digits):
