@@ -162,7 +162,7 @@ def _lines():
             ),
             same=(
                 (
-                    "^(?!.*\\b(and|or|not|no|never|only|without|straight)\\b).*(bent|bend|curv|bow|warp|distort|crook|(?<!a)round|arc|deform|bulg).*$|.*(not|no longer|no more|hardly) straight.*",
+                    "^(?!.*\\b(and|or|not|no|never|only|without|straight)\\b).*(bent|bend|curv|bow|warp|distort|crook|(?<!a)round|arc|deform|bulg).*$|.*(not|no longer|no more|hardly|never) ((stay|keep|remain|leave|look|run|be|it|the line|a line|quite|really|exactly|all) ){0,3}straight.*",
                     "bends it",
                 ),
                 ("(shifts?|displaces?|pushes|pulls|moved|shifted)( (it|the line))?", "moves it"),
@@ -212,15 +212,15 @@ def _unseen():
             also=("unseen ones", "unseen pair", "new pairs", "other pairs", "others"),
             same=(
                 (
-                    "((the )?(ones|pairs|pictures|boards|images|data|those) )?(which |that )?(it |the fit )?((were|was|are|has|had|is|did) )?(not|never) (been )?(use|used|see|seen|in the fit|fitted)( before)?( pairs)?",
+                    "((the |some )?(ones|pairs|pictures|boards|images|data|those) )?(which |that )?((it|the fit|the calibration) )?((were|was|are|have|has|had|is|did|does|do|could) )?(not|never) (been )?(use|used|see|saw|seen|know|knew|known|met|in the fit|fitted)( before| yet)?( pairs)?|((the |some )?(ones|pairs|pictures|boards|images|data|those) )?((which|that) (are|were) )?(from )?outside (of )?the fit",
                     "unseen pairs",
                 ),
                 (
-                    "(un|un-|non-|non |not )seen (pairs|ones|pictures|boards|images|data|set)|(unused|different|other|new|fresh|unknown|test|held[- ]?(out|back)|left[- ]?out|kept[- ]?back|others)( (pairs|ones|pictures|boards|images|data|set))?|(pairs|pictures|boards|images|ones|data) (that (are|were) )?(kept|held|put|left) (back|out|aside|apart)",
+                    "(un|un-|non-|non |not )seen (pairs|ones|pictures|boards|images|data|set)|(unused|different|other|new|fresh|unknown|test|(cross[- ]?)?validation|held[- ]?(out|back)|left[- ]?out|kept[- ]?back|others)( (pairs|ones|pictures|boards|images|data|set))?|(pairs|pictures|boards|images|ones|data) (that (are|were) )?(kept|held|put|left) (back|out|aside|apart)",
                     "unseen pairs",
                 ),
                 (
-                    "(used|seen|known|old|fitted|these|own|all)( (pairs|ones|pictures))?|(the )?pairs of the fit|(the )?pairs that were used",
+                    "((the )?(ones|pairs|pictures|boards|images|data|those) )(which |that )?(it|the fit|the calibration) (already )?(has |had )?(knows|knew|saw|seen|used|uses|known)|(used|seen|known|old|fitted|these|own|all)( (pairs|ones|pictures))?|(the )?pairs (of|from) the fit|(the )?pairs that were used",
                     "the same pairs",
                 ),
                 ("(more|many|unseen|new) (digits|places|figures|decimals)|accuracy|precision", "more decimals"),

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 NUMBER = re.compile(r"(?<![\d.θ])(?<!theta)[-+]?\d+(?:\.\d+)?")
+PARTS = {"½": ".5", "¼": ".25", "¾": ".75"}
 NAMES = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 TENS = ("twenty", "thirty", "forty", "fifty", "sixty", "seventy", "eighty", "ninety")
 IN_WORDS = {name: str(k) for k, name in enumerate(NAMES)} | {name: str(20 + 10 * k) for k, name in enumerate(TENS)} | {
@@ -73,6 +74,7 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
     if CODE.match(text):
         return "this is Python in quotes. Take the quotes away, and Python works it out."
     plain = text.lower().replace("−", "-").rpartition("=")[2].strip().rstrip(" .")
+    plain = re.sub(r"(?<=\d)\s?([½¼¾])|([½¼¾])", lambda part: PARTS[part[1] or part[2]], plain)  # 24½
     plain = re.sub(r"(?<![\d.])\.(?=\d)", "0.", plain)  # .05
     plain = re.sub(r"(?<=\d)\s+1\s*/\s*s$", " /s", plain)
     plain = re.sub(r"(?<=\d)\s+or more$", "", plain)
@@ -142,6 +144,10 @@ def _in_order(numbers, text, labels):
         places = [next((k for k, words in enumerate(said) if words & label), None) for label in labels]
         if labels and None not in places and len(set(places)) == len(places):
             return [numbers[k] for k in places]
+    first, among = beside[1].partition(" of ")[::2]  # "6 rows of 9": the second number is how many are in a row
+    named = [k for k, label in enumerate(labels) if label & frozenset(re.findall(r"[a-z]+", first))]
+    if " of " in beside[1] and len(numbers) == 2 and len(named) == 1 and not among.strip():
+        return numbers if named == [0] else numbers[::-1]
     return numbers
 
 
@@ -162,7 +168,11 @@ def without_contrast(text: str) -> str:
     found = re.fullmatch(
         r"\s*not\s+(?P<no>[^,;]*)([,;]|\s+but\s)\s*(but\s+)?(?P<yes>(?!then\b).*)", text, re.IGNORECASE
     )
-    found = found or re.fullmatch(r"(?P<yes>[^,;]*)[,;]\s*(and\s+)?not\s+(?P<no>.*)", text, re.IGNORECASE)
+    found = found or re.fullmatch(
+        r"(?P<yes>[^,;]*)[,;]\s*((and|but)\s+)?((it|they)\s+)?((is|are|was|were|does|do|did)\s+)?not\s+(?P<no>.*)",
+        text,
+        re.IGNORECASE,
+    )
     return found["yes"] if found else text
 
 
