@@ -524,6 +524,7 @@ def test_the_command_records_from_what_opencv_opens(films, third_rig, tmp_path, 
     said = capsys.readouterr().out
     taken = json.loads(told.read_text())["taken"]
     assert taken == 1 and "Taken: pair 000" in said and "Next: " in said
+    assert "The ball: blue, 40 mm wide. (Is yours another one?" in said  # its width was not told
     recording = open_recording(out)
     assert (
         len(recording.pairs("calibration")) == taken

@@ -104,6 +104,8 @@ def run_record(options: argparse.Namespace) -> int:
         )
     source = _two_cameras(options, (640, 480) if begun is None else begun.image_size)
     print(f"A {board}, squares of {board.square_mm:g} mm. (Is that what a ruler says? No picture shows it.)")
+    if begun is None:
+        print(f"The ball: {ball.color}, {ball.diameter_mm:g} mm wide. {_of_another_ball(options)}".rstrip())
     with source, Recorder(Folder(options.out, source.size, board, ball), board) as recorder:
         for sentence in source.lock():
             print(sentence)
@@ -116,6 +118,13 @@ def run_record(options: argparse.Namespace) -> int:
         print(f"Next: {me()} check {typed(options.out)}")
     write_json_option(options.json, {"path": str(options.out), "taken": taken})
     return OK
+
+
+def _of_another_ball(options):
+    """How to name another ball, where none was named."""
+    if options.ball_color is not None and options.ball_mm is not None:
+        return ""
+    return "(Is yours another one? Then begin anew in another folder, with --ball-color and --ball-mm.)"
 
 
 def _board_to_record(options, begun):
