@@ -97,7 +97,7 @@ def _projection():
 
 
 def _corners(board):
-    columns, rows = board.columns, board.rows
+    columns, rows = board.grid  # of a ChArUco board its squares are told
     return dict(
         asks="How many inner corners has the board: across and down, as (columns, rows)?",
         answer=Number(
