@@ -11,6 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex, to_rgb
+from matplotlib.text import Text
 from mpl_toolkits.mplot3d import proj3d
 
 from stereo_lab import plots
@@ -281,3 +282,16 @@ def test_from_behind_the_cameras_right_is_right_and_up_is_up():
     assert (to_picture(100, 0, 1000) - to_picture(0, 0, 1000))[0] > 0
     assert (to_picture(0, 100, 1000) - to_picture(0, 0, 1000))[1] > 0
     plt.close(fig)
+
+
+IN_STYLE = [name for name in CALLS if getattr(plots, name).__module__.rpartition(".")[2] in ("lesson01", "lesson08")]
+
+
+@pytest.mark.parametrize("name", sorted({*IN_STYLE} - {"rig_drawing"}))  # above, that one makes axes of its own
+def test_text_that_comes_after_the_axes_is_as_large_as_theirs(name):
+    figure, axes = plots.figure()
+    CALLS[name](axes[0, 0])
+    figure.draw_without_rendering()
+    small = [text.get_text() for text in figure.findobj(Text) if text.get_text() and text.get_fontsize() < 11]
+    plt.close(figure)
+    assert not small

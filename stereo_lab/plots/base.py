@@ -6,8 +6,9 @@ Colours are those of Okabe and Ito; marker and dash tell the same story to whoev
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from functools import wraps
+from typing import Any, TypeVar
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -18,7 +19,10 @@ from numpy.typing import ArrayLike
 BLUE, ORANGE, GREEN, VERMILION, BLACK = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#000000"
 AMBER = "#9A6700"  # for lines and words on white, where orange is too pale: 4.9 to 1 in place of 2.3
 STYLE: dict[Any, Any] = {"font.size": 12, "axes.titlesize": 13, "axes.grid": True, "grid.alpha": 0.3, "figure.dpi": 100}
+TEXT: dict[Any, Any] = {name: STYLE[name] for name in ("font.size", "axes.titlesize")}
 Numbers = Sequence[float] | np.ndarray  # where they are counted or taken one by one
+
+Plot = TypeVar("Plot", bound=Callable[..., Any])
 
 
 def figure(rows: int = 1, columns: int = 1, height: float = 4.5, width: float = 11.0) -> tuple[Figure, np.ndarray]:
@@ -26,6 +30,18 @@ def figure(rows: int = 1, columns: int = 1, height: float = 4.5, width: float = 
     plt.draw_if_interactive()  # loads Jupyter's backend first: inside rc_context its settings would be undone
     with plt.rc_context(STYLE):
         return plt.subplots(rows, columns, figsize=(width, height), layout="constrained", squeeze=False)
+
+
+def with_text_in_style(draw: Plot) -> Plot:
+    """The plot function with text of the kit's size in all that comes after its axes: names, legends, scales."""
+
+    @wraps(draw)
+    def drawn(*arguments: Any, **named: Any) -> Any:
+        plt.draw_if_interactive()  # as in figure
+        with plt.rc_context(TEXT):
+            return draw(*arguments, **named)
+
+    return drawn  # type: ignore[return-value]
 
 
 def png(fig: Figure) -> bytes:

@@ -9,11 +9,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 
-from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION, Numbers
+from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION, Numbers, with_text_in_style
 
 __all__ = ["depth_doubt", "error_by_pair", "grids", "how_many_pairs", "mark_corners"]
 
 
+@with_text_in_style
 def grids(
     straight: Sequence[np.ndarray],
     bent: Sequence[np.ndarray],
@@ -37,6 +38,7 @@ def grids(
     return ax
 
 
+@with_text_in_style
 def mark_corners(corners_Nx2: np.ndarray, columns: int, ax: Axes | None = None) -> Axes:
     """Dots on the corners of a board, a line along each row, the first corner larger."""
     ax = ax or plt.gca()
@@ -47,6 +49,7 @@ def mark_corners(corners_Nx2: np.ndarray, columns: int, ax: Axes | None = None) 
     return ax
 
 
+@with_text_in_style
 def error_by_pair(
     names: Sequence[str],
     errors_px: Numbers,
@@ -81,6 +84,7 @@ def error_by_pair(
     return ax
 
 
+@with_text_in_style
 def how_many_pairs(counts: Numbers, used_px: Numbers, unseen_px: Numbers, title: str, ax: Axes | None = None) -> Axes:
     """Error on the pairs of the fit and on unseen ones, against the number of pairs."""
     ax = ax or plt.gca()
@@ -107,6 +111,7 @@ def how_many_pairs(counts: Numbers, used_px: Numbers, unseen_px: Numbers, title:
     return ax
 
 
+@with_text_in_style
 def depth_doubt(
     pixels_Nx2: np.ndarray,
     sigma_mm_N: np.ndarray,

@@ -6,11 +6,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
-from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION, Numbers
+from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION, Numbers, with_text_in_style
 
 MOST_NAMES = 30  # under an axis, that can still be read
 
 
+@with_text_in_style
 def numbers_by_file(
     names: list[str], values: Numbers, marked: list[str], what: str, title: str, ax: Axes | None = None
 ) -> Axes:
@@ -22,7 +23,7 @@ def numbers_by_file(
             sizes = [values[k] for k in places]
             ax.bar(places, sizes, color=color, hatch=hatch, edgecolor="white", label=label)
     step = max(1, -(-len(names) // MOST_NAMES))
-    ax.set_xticks(range(0, len(names), step), [name for name in names[::step]], rotation=90, fontsize=9)
+    ax.set_xticks(range(0, len(names), step), [name for name in names[::step]], rotation=90, fontsize=11)
     ax.set_ylabel(what)
     ax.set_title(title)
     ax.margins(x=0.01)
@@ -31,6 +32,7 @@ def numbers_by_file(
     return ax
 
 
+@with_text_in_style
 def where_boards_were(corners_Nx2: np.ndarray, image_size: tuple[int, int], title: str, ax: Axes | None = None) -> Axes:
     """All corners of all boards in one camera's picture."""
     ax = ax or plt.gca()
@@ -44,6 +46,7 @@ def where_boards_were(corners_Nx2: np.ndarray, image_size: tuple[int, int], titl
     return ax
 
 
+@with_text_in_style
 def both_views(
     baseline_mm: float, focal_px: float, width_px: float, strips: list[tuple[float, float]], title: str, ax: Axes | None = None
 ) -> Axes:  # fmt: skip
@@ -84,6 +87,7 @@ def both_views(
     return ax
 
 
+@with_text_in_style
 def value_by_pair(names: list[str], values: Numbers, what: str, title: str, ax: Axes | None = None) -> Axes:
     """A dot for each pair, in their order."""
     ax = ax or plt.gca()
@@ -95,6 +99,7 @@ def value_by_pair(names: list[str], values: Numbers, what: str, title: str, ax: 
     return ax
 
 
+@with_text_in_style
 def told_and_typed(names: list[str], told_mm: Numbers, typed_mm: Numbers, title: str, ax: Axes | None = None) -> Axes:
     """What the cameras tell of each sample beside what is written in its table."""
     ax = ax or plt.gca()
@@ -102,12 +107,14 @@ def told_and_typed(names: list[str], told_mm: Numbers, typed_mm: Numbers, title:
     ax.bar(places - 0.2, told_mm, 0.4, color=BLUE, label="the cameras tell")
     ax.bar(places + 0.2, typed_mm, 0.4, color=ORANGE, hatch="///", edgecolor="white", label="the table says")
     ax.set_xticks(places, names)
+    ax.set_xlabel("sample of the set depth")
     ax.set_ylabel("depth (mm)")
     ax.set_title(title)
     ax.legend()
     return ax
 
 
+@with_text_in_style
 def own_errors(
     names: list[str], to_ruler_mm: Numbers, to_truth_mm: Numbers | None, title: str, ax: Axes | None = None
 ) -> Axes:
@@ -133,6 +140,7 @@ def own_errors(
     return ax
 
 
+@with_text_in_style
 def rig_drawing(
     baseline_mm: float, depth_mm: float, high_mm: float, titles: tuple[str, str], axes: np.ndarray
 ) -> np.ndarray:
@@ -193,6 +201,7 @@ def _bar_from_above(ax, baseline_mm):
         ax.annotate(text, (0, place), xytext=shift, textcoords="offset points", va="center")
 
 
+@with_text_in_style
 def depth_errors(curves: list[tuple[str, np.ndarray, np.ndarray]], title: str, ax: Axes | None = None) -> Axes:
     """The error of depth against depth; a line for each (name, depths, errors), mm, with its name at its end."""
     ax = ax or plt.gca()
@@ -201,8 +210,8 @@ def depth_errors(curves: list[tuple[str, np.ndarray, np.ndarray]], title: str, a
     ):
         ax.plot(depth_mm, error_mm, dash, color=color, linewidth=2)
         at = 4 * len(depth_mm) // 5
-        ax.annotate(name, (depth_mm[at], error_mm[at]), xytext=(-6, 4), textcoords="offset points", color=color,
-                    ha="right", va="bottom", weight="bold")  # fmt: skip
+        ax.annotate(name, (depth_mm[at], error_mm[at]), xytext=(6, -2), textcoords="offset points", color=color,
+                    ha="left", va="top", weight="bold")  # fmt: skip
     ax.set_xlabel("depth (mm)")
     ax.set_ylabel("error of depth, 1 σ (mm)")
     ax.set_ylim(bottom=0)
