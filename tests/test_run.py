@@ -615,6 +615,22 @@ def test_a_program_that_ends_without_a_word_leaves_no_arm_on(end):
         assert done.stdout == "homed\n" and state_of(url) == "off"
 
 
+def test_an_arm_that_keeps_its_power_follows_a_second_time(tmp_path, capsys):
+    """It knows where it stands when it is connected anew, and its motors are off."""
+    with served_arm() as url:
+        for homes in (True, False):
+            path = tmp_path / f"homes {homes}.jsonl"
+            assert cli.main(["run", "--arm", url, "--seconds", "2", "--log", str(path)]) == 0
+            assert ("homing" in capsys.readouterr().out) is homes
+            assert read_log(path).records[-1]["said"] == "follows"
+        arm = connect(url)
+        arm.enable()
+        arm.stop()
+        arm.port.close()  # as a program ends that is killed: the stop stays
+        assert cli.main(["run", "--arm", url, "--seconds", "1"]) == 2
+        assert "arm.enable()" in capsys.readouterr().err
+
+
 @pytest.mark.skipif(os.name == "nt", reason="Windows ends programs another way")
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
 def test_whoever_ends_a_run_ends_its_arm(name):

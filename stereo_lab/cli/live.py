@@ -127,15 +127,18 @@ def _check_stage(options, recording):
 
 
 def _arm(url, recording):
-    """A port, its limits told and its joints homed; a virtual one keeps the time of the clock."""
+    """A port, its limits told, its joints homed and its motors on; a virtual one keeps the time of the clock."""
     from stereo_lab.arm import connect
+    from stereo_lab.live.follower import switch_on
 
     if url.startswith("virtual://") and "realtime" not in url:
         url += ("&" if "?" in url else "?") + "realtime=1"
     arm = connect(url)
     try:
         arm.set_limits(recording.arm.limits_deg)
-        if not arm.homed:
+        if arm.homed:
+            switch_on(arm)
+        else:
             print("The arm moves: homing both joints …", flush=True)
             arm.home()
     except BaseException as error:

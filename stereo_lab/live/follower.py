@@ -57,6 +57,19 @@ class Step:
     said: str
 
 
+def switch_on(arm: Arm) -> None:
+    """Switch the motors of an arm on that knows where it stands: whoever used it last left them off.
+
+    Raises
+    ------
+    ArmError
+        If a stop holds it. It was not this program that stopped it, so that somebody must look first.
+    """
+    if arm.status().state == "stop":
+        arm.check()
+    arm.enable()
+
+
 class Follower:
     """Keeps the hand of an arm at a ball, a little before its surface, with the forearm pointing at its middle.
 

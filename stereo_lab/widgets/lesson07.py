@@ -13,6 +13,7 @@ import numpy as np
 
 from stereo_lab.arm import Arm, connect
 from stereo_lab.live import Follower, Moment, StereoSource, VirtualBench, open_source, run
+from stereo_lab.live.follower import switch_on
 from stereo_lab.localization import Localizer
 from stereo_lab.recording import Recording
 from stereo_lab.widgets.panel import (
@@ -106,7 +107,9 @@ class LiveCell(Running):
                 if isinstance(self._source, VirtualBench):
                     self._source.ball_mm = self._goal_mm().tolist()
                 if arm is not None:
-                    if not arm.homed and (why := self._home(arm, end)):
+                    if arm.homed:
+                        switch_on(arm)
+                    elif why := self._home(arm, end):
                         return why
                     self._follower = Follower(arm, self._stage)
                     self._follower.follows = self.follow.value
