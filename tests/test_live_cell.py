@@ -6,9 +6,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from servo_twin import Twin, TwinPort
 
 from stereo_lab import widgets
 from stereo_lab.arm import connect
+from stereo_lab.arm.feetech import port
+from stereo_lab.arm.virtual.served import served_arm
 from stereo_lab.errors import ArmError, StereoLabError
 from stereo_lab.kinematics import JointAngles
 from stereo_lab.live import open_source
@@ -130,6 +133,54 @@ def test_it_can_be_played_again(cell):
     assert len(cell.opened) == 2 and not any(arm.port.is_open for arm in cell.opened)
 
 
+def on_a_wire(url, bench, localizer):
+    """A panel for an arm behind a port: no drawn arm is in its pictures."""
+    return LiveCell(
+        lambda: connect(url),
+        lambda arm: open_source("virtual", recording=bench),
+        bench,
+        localizer,
+        silent_s=1e9,
+    )
+
+
+def test_an_arm_that_keeps_its_power_is_played_again_and_again(bench, localizer):
+    """It knows where it stands when it is connected anew, and its motors are off."""
+    with served_arm() as url:
+        panel = on_a_wire(url, bench, localizer)
+        for _ in range(3):
+            press(panel)
+            until(lambda: panel.text.value.startswith(("follows", "The motors", "The arm on")))
+            assert panel.text.value.startswith("follows")
+            panel.play.playing = False
+            until(lambda: not panel.thread.is_alive())
+
+
+def test_bus_servos_follow_at_the_first_press(bench, localizer, monkeypatch):
+    """They always know where they stand, and begin with their motors off."""
+    twins = TwinPort([Twin(1), Twin(2, 2500)], time.monotonic)
+    monkeypatch.setattr(port, "open_bus", lambda name: twins)
+    panel = on_a_wire("feetech://wire", bench, localizer)
+    press(panel)
+    until(lambda: panel.text.value.startswith(("follows", "The motors")))
+    assert panel.text.value.startswith("follows")
+    panel.play.playing = False
+    until(lambda: not panel.thread.is_alive())
+
+
+def test_a_stop_that_holds_is_not_undone_by_play(bench, localizer):
+    """Whoever stopped the arm may still stand beside it."""
+    with served_arm() as url:
+        arm = connect(url)
+        arm.home()
+        arm.stop()
+        arm.port.close()  # as a program ends that is killed: the stop stays
+        panel = on_a_wire(url, bench, localizer)
+        press(panel)
+        until(lambda: panel._source is None and not panel.thread.is_alive())
+        assert "was stopped" in panel.text.value and "arm.enable()" in panel.text.value
+
+
 def test_more_ticks_make_no_second_run(cell):
     press(cell)
     for _ in range(5):
@@ -190,12 +241,13 @@ def test_a_panel_made_again_ends_the_one_before(cell, bench, localizer):
     stays_ended(cell)
 
 
-def test_a_panel_that_no_page_shows_ends(cell):
-    """Its output is cleared, or its cell deleted: the page itself still ticks."""
+@pytest.mark.parametrize("views", [1, 2])
+def test_a_panel_that_no_page_shows_ends(cell, views):
+    """Its output is cleared, or its cell deleted: the page itself still ticks. One that was loaded anew counts twice."""
     press(cell)
-    cell.play._view_count = 1
+    cell.play._view_count = views
     until(lambda: cell.text.value.startswith("follows"))
-    cell.play._view_count = 0
+    cell.play._view_count = views - 1
     until(lambda: not cell.thread.is_alive())
     stays_ended(cell)
 

@@ -21,6 +21,9 @@ class Running(Pictured):
     ``Play`` ticks while its page is there. Whatever ends a run (stop, a fault, a page that is closed, asleep or without this panel,
     another panel of the kind), the next one waits for a press: an arm must not set off by itself.
 
+    A page that is loaded anew counts once more, and never less, so any page that stops to show the panel ends the run: a second
+    tab that is closed as well.
+
     Attributes
     ----------
     play, text : the buttons and the line of words
@@ -69,7 +72,7 @@ class Running(Pictured):
         self._heard_s = time.monotonic()
 
     def _seen(self, change):
-        if change["old"] and not change["new"]:
+        if (change["new"] or 0) < (change["old"] or 0):
             self.end()
 
     def _pressed(self, change):
