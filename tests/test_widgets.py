@@ -207,6 +207,84 @@ def test_a_ball_is_marked_by_clicks_keys_and_buttons(tmp_path):
         widgets.mark_balls({})
 
 
+def click(panel, u, v):
+    """As the page does it: the place of a click in parts of the picture and what stands beside it."""
+    height, width = panel.view().shape[:2]
+    panel.clicked.value = f"{(u + 0.5) / width} {(v + 0.5) / height} {u}"
+
+
+def test_two_panels_on_one_table_keep_each_others_marks(tmp_path):
+    """Two learners, or the cell in two tabs: each writes what it changed, and nothing else."""
+    shots, table = {name: np.zeros((100, 200, 3), np.uint8) for name in "abcd"}, tmp_path / "marks.csv"
+    first = widgets.mark_balls(shots, table)
+    first.marks = dict.fromkeys("ab", (50.0, 50.0, 9.0))
+    first.save()
+    one, other = (widgets.mark_balls(shots, table) for _ in range(2))
+    one.clear()  # a
+    one.go(2)
+    one.mark((60.0, 40.0, 12.0))  # c
+    one.save()
+    other.go(1)
+    other.mark(None)  # b
+    other.save()
+    assert read_marks(table) == other.marks == {"b": None, "c": (60.0, 40.0, 12.0)}
+    one.save()
+    assert read_marks(table) == one.marks == other.marks
+    table.unlink()
+    one.save()
+    assert read_marks(table) == one.marks  # all that this panel knows
+    table.write_text("picture,u\n")
+    one.save()
+    assert "is written" not in one.text.value and table.read_text() == "picture,u\n"
+
+
+def test_sliders_begin_in_the_middle_of_a_picture_that_is_not_marked(tmp_path):
+    """A key that is pressed there marks no ball at the place of the last one."""
+    shots = {name: np.zeros((100, 200, 3), np.uint8) for name in "abc"}
+    panel = widgets.mark_balls(shots, tmp_path / "marks.csv")
+    panel.mark((30.0, 20.0, 8.0))
+    panel.go(1)
+    assert [slider.value for slider in panel.sliders.values()] == [100, 50, 12] and list(panel.marks) == ["a"]
+    panel.sliders["u"].value += 1
+    assert panel.marks["b"] == (101, 50, 12)
+    panel.go(1)
+    click(panel, 70, 60)
+    assert [slider.value for slider in panel.sliders.values()] == [70, 60, 12]
+    panel.go(1)
+    assert [slider.value for slider in panel.sliders.values()] == [30, 20, 8]
+
+
+def test_a_mark_that_no_ball_has_is_refused(tmp_path):
+    """A rim that is too near or too far; and each picture has bounds of its own."""
+    shots = {"a": np.zeros((100, 200, 3), np.uint8), "b": np.zeros((480, 640, 3), np.uint8)}
+    panel = widgets.mark_balls(shots, tmp_path / "marks.csv")
+    click(panel, 60, 40)
+    click(panel, 61, 40)
+    assert "centre again" in panel.text.value and not panel.marks
+    click(panel, 150, 40)
+    assert "90 px from its centre" in panel.text.value and "50 px at most" in panel.text.value and not panel.marks
+    click(panel, 60, 41)
+    click(panel, 60, 51)
+    assert panel.marks["a"] == pytest.approx((60, 41, 10))
+    for step, most in ((1, [639, 479, 240]), (1, [199, 99, 50])):
+        panel.go(step)
+        assert [slider.max for slider in panel.sliders.values()] == most
+    assert panel.sliders["radius"].min == 1 and panel.marks["a"] == pytest.approx((60, 41, 10)) and len(panel.marks) == 1
+
+
+def test_what_is_proposed_is_counted(bench, tmp_path):
+    """Marks of one's own are not among it; a ball and none are told apart."""
+    shots = {p.name: p.left for p in bench.pairs("snaps")[:3]}
+    shots["none"] = np.full_like(next(iter(shots.values())), 255)
+    panel = widgets.mark_balls(shots, tmp_path / "marks.csv")
+    panel.mark(own := (5.0, 5.0, 4.0))
+    panel.propose()
+    assert "Proposed: 2 with a ball (an orange circle), 1 without." in panel.text.value
+    assert panel.marks[panel.name] == own and panel.marks["none"] is None
+    panel.propose()
+    assert "Nothing is proposed" in panel.text.value
+
+
 def test_marks_are_proposed_and_a_folder_is_no_table(bench, tmp_path):
     shots = {p.name: p.left for p in bench.pairs("snaps")[:3]}
     panel = widgets.mark_balls(shots, tmp_path, "red")

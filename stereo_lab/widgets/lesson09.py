@@ -20,6 +20,7 @@ from stereo_lab.widgets.panel import BLACK, BLUE, GREY, LONG, ORANGE, WHITE, WID
 
 LARGE, ZOOM_PX = 4, 240  # times, the enlarged cut-out and its side
 USUAL_RADIUS = 12  # px, of a mark that the keyboard begins
+NEAR_PX = 2.0  # a second click so near to the centre is that of a double click
 # A picture of ipywidgets tells no clicks. This one writes the place of a click, in parts of its width and height, into a hidden
 # field of the same panel, from where the kernel hears of it.
 CLICK = (
@@ -33,7 +34,7 @@ HOW = "Click the ball's centre, then its rim. By keyboard: Tab to a slider, arro
 class MarkPanel(ipywidgets.VBox):
     """Pictures one by one; two clicks mark the ball, a button says that there is none. ``marks`` holds what was marked.
 
-    Where the table is there already, its marks are those that it begins with.
+    Where the table is there already, its marks are those that it begins with; *save* changes in it what was changed here.
     """
 
     def __init__(self, shots: Mapping[str, np.ndarray], out: str | Path, color: BallColor | str) -> None:
@@ -43,14 +44,12 @@ class MarkPanel(ipywidgets.VBox):
         if isinstance(color, str):
             self._color = BallColor.named(color)  # a name that is none is told before all marking
         self.marks: dict[str, Mark] = read_marks(out) if Path(out).is_file() else {}
+        self._in_table = dict(self.marks)  # as this panel knows it
         self._at, self._center, self._moving = 0, None, False
-        height, width = next(iter(shots.values())).shape[:2]
         self.picture = ipywidgets.HTML()
         self.clicked = ipywidgets.Text(layout=ipywidgets.Layout(display="none"))
         self.clicked.add_class("mark-click")
-        self.sliders = {
-            name: _slider(name, most) for name, most in (("u", width - 1), ("v", height - 1), ("radius", height // 2))
-        }
+        self.sliders = {name: _slider(name) for name in ("u", "v", "radius")}
         self.buttons = {
             name: ipywidgets.Button(description=name)
             for name in ("back", "next", "no ball", "clear", "propose", "save")
@@ -103,19 +102,39 @@ class MarkPanel(ipywidgets.VBox):
     def propose(self) -> None:
         """Let the surest balls of the named colour mark themselves, where nothing is marked yet."""
         found = propose(list(self._shots.values()), self._color)
-        self.marks = {self._names[k]: mark for k, mark in found.items()} | self.marks
-        self._show(f"{len(found)} pictures are proposed: orange circles. Go through them, and put right what is wrong.")
+        new = {self._names[k]: mark for k, mark in found.items() if self._names[k] not in self.marks}
+        self.marks |= new
+        balls = sum(mark is not None for mark in new.values())
+        self._show(
+            f"Proposed: {balls} with a ball (an orange circle), {len(new) - balls} without. Go through them, and put right what "
+            "is wrong."
+            if new
+            else "Nothing is proposed: what is sure enough is marked already."
+        )
 
     def save(self) -> None:
-        """Write the marks as a table."""
+        """Write the marks as a table. What another panel, or a hand, wrote into it meanwhile stays."""
         try:
-            in_order = sorted(self.marks, key=lambda name: (name not in self._shots, name))
-            write_marks(self._out, {name: self.marks[name] for name in in_order})
+            marks = self._with_those_of_others()
+            in_order = sorted(marks, key=lambda name: (name not in self._shots, name))
+            write_marks(self._out, {name: marks[name] for name in in_order})
         except StereoLabError as error:
             self.text.value = str(error)
             return
+        self.marks, self._in_table = marks, dict(marks)
+        self._show("")
         balls = sum(mark is not None for mark in self.marks.values())
         self.text.value = f"{self._out} is written: {balls} with the ball, {len(self.marks) - balls} without."
+
+    def _with_those_of_others(self):
+        """The table as it is now, and in it what was marked or cleared here."""
+        there = read_marks(self._out) if self._out.is_file() else dict(self.marks)
+        for name in {*self.marks, *self._in_table}:
+            if name not in self.marks:
+                there.pop(name, None)
+            elif name not in self._in_table or self.marks[name] != self._in_table[name]:
+                there[name] = self.marks[name]
+        return there
 
     def view(self) -> np.ndarray:
         """The picture with its mark, and the mark enlarged beside it."""
@@ -152,23 +171,40 @@ class MarkPanel(ipywidgets.VBox):
             self._center = (u, v)
             self._show("Now click the rim.")
         else:
-            self.mark((*self._center, max(1.0, float(np.hypot(u - self._center[0], v - self._center[1])))))
+            self._click_rim(float(np.hypot(u - self._center[0], v - self._center[1])))
+
+    def _click_rim(self, radius):
+        """The second click: it must be as far from the first as a rim can be."""
+        if radius < NEAR_PX:
+            self._show("That is the centre again. Now click the rim.")
+        elif radius > (most := self.sliders["radius"].max):
+            self._center = None
+            self._show(f"No rim is {radius:.0f} px from its centre in this picture, {most} px at most: begin anew, at the centre.")
+        else:
+            self.mark((*self._center, radius))
 
     def _slid(self, change):
         """One slider moves one number; the others keep their fractions of a pixel."""
         if not self._moving:
-            whole = [slider.value for slider in self.sliders.values()]
-            mark = list(self.marks.get(self.name) or (*whole[:2], whole[2] or USUAL_RADIUS))
+            mark = list(self.marks.get(self.name) or (slider.value for slider in self.sliders.values()))
             mark[list(self.sliders.values()).index(change["owner"])] = change["new"]
             u, v, radius = (float(part) for part in mark)
-            self.mark((u, v, radius or USUAL_RADIUS))
+            self.mark((u, v, radius))
 
-    def _show(self, said):
-        mark = self.marks.get(self.name)
+    def _set_sliders(self):
+        """To the mark of this picture, in its bounds; where there is none, to where one begins."""
+        height, width = self._shots[self.name].shape[:2]
+        center = self._center or (width // 2, height // 2)
+        begins = self.marks.get(self.name) or (*center, USUAL_RADIUS)
+        most = width - 1, height - 1, max(1, min(width, height) // 2)
         self._moving = True
-        for slider, value in zip(self.sliders.values(), mark or (), strict=False):
+        for slider, value, high in zip(self.sliders.values(), begins, most, strict=True):
+            slider.max = high
             slider.value = round(value)
         self._moving = False
+
+    def _show(self, said):
+        self._set_sliders()
         source = base64.b64encode(jpeg(self.view())).decode()
         self.picture.value = (
             f'<img src="data:image/jpeg;base64,{source}" style="max-width: 100%; cursor: crosshair" onclick="{CLICK}" '
@@ -179,8 +215,10 @@ class MarkPanel(ipywidgets.VBox):
         self.text.value = f"Picture {self.name}, {self._at + 1} of {len(self._names)} ({done}). {said}"
 
 
-def _slider(name, most):
-    return ipywidgets.IntSlider(0, 0, most, description=f"{name} (px)", style=LONG, layout=ipywidgets.Layout(**WIDE))
+def _slider(name):
+    return ipywidgets.IntSlider(
+        1, 1 if name == "radius" else 0, description=f"{name} (px)", style=LONG, layout=ipywidgets.Layout(**WIDE)
+    )
 
 
 def mark_balls(
