@@ -715,14 +715,16 @@ def test_one_press_too_many_takes_nothing(third_rig, tmp_path):
     give_up = time.monotonic() + 60
     while (panel._session is None or panel._session.frame is None) and time.monotonic() < give_up:
         time.sleep(0.02)
-    said = []
-    for depth in (0, -900, 900, 900, 950):
+    said, asked = [], []
+    for depth in (0, -900, 0.9, 60, 900, 900, 950):  # 60: in centimetres
         panel.place["depth"].value = depth
         panel.take_ball("depth")
         said.append(panel.text.value.partition(" ")[0])
+        asked.append("are these millimetres?" in panel.text.value)
     panel.play.playing = False
     panel.thread.join(60)
-    assert said == ["Measure", "Measure", "Taken:", "There", "Taken:"]
+    assert said == ["Measure", "Measure", "A", "A", "Taken:", "There", "Taken:"]
+    assert asked == [False, False, True, True, False, False, False]
     assert len(open_recording(tmp_path / "mine").samples("depth")) == 2
 
 

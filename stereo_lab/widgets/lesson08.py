@@ -40,6 +40,7 @@ SHADE = 0.55  # how strongly cells are shaded in which no board was yet
 SETS = "position", "depth"
 GAP_PX = 8  # between the two pictures
 WRAPPED = {"flex_flow": "row wrap"}
+NEAREST = 2  # diameters before the cameras a ball would fill half of a usual webcam's picture: no depth in mm is less
 READ_S = 3.0  # so long what happens once stays in words, before the wishes for the next picture
 
 
@@ -141,6 +142,12 @@ class RecorderPanel(Running):
         if place[2] <= 0:
             self._tell(
                 "Measure first where the ball is, and type in x, y and depth, which is above zero. Nothing was taken."
+            )
+            return
+        if place[2] < (least := NEAREST * self._ball.diameter_mm):
+            self._tell(
+                f"A depth of {place[2]:g} mm is nearer than two diameters of the ball ({least:g} mm): are these millimetres? "
+                "Nothing was taken."
             )
             return
         if self._taken == (set_name, place):
