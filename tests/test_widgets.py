@@ -269,7 +269,9 @@ def test_a_mark_that_no_ball_has_is_refused(tmp_path):
     for step, most in ((1, [639, 479, 240]), (1, [199, 99, 50])):
         panel.go(step)
         assert [slider.max for slider in panel.sliders.values()] == most
-    assert panel.sliders["radius"].min == 1 and panel.marks["a"] == pytest.approx((60, 41, 10)) and len(panel.marks) == 1
+    assert (
+        panel.sliders["radius"].min == 1 and panel.marks["a"] == pytest.approx((60, 41, 10)) and len(panel.marks) == 1
+    )
 
 
 def test_what_is_proposed_is_counted(bench, tmp_path):

@@ -179,7 +179,9 @@ class MarkPanel(ipywidgets.VBox):
             self._show("That is the centre again. Now click the rim.")
         elif radius > (most := self.sliders["radius"].max):
             self._center = None
-            self._show(f"No rim is {radius:.0f} px from its centre in this picture, {most} px at most: begin anew, at the centre.")
+            self._show(
+                f"No rim is {radius:.0f} px from its centre in this picture, {most} px at most: begin anew, at the centre."
+            )
         else:
             self.mark((*self._center, radius))
 
