@@ -5,6 +5,7 @@ import csv
 import dataclasses
 import json
 import os
+import shutil
 from array import array
 from collections import deque
 from decimal import Decimal
@@ -13,7 +14,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from conftest import ROOT
+from conftest import ROOT, skip_unless_ci
 from stereo_lab.classroom import grading
 from stereo_lab.classroom.desk import _ByNumber
 from stereo_lab.classroom.grading import LESSONS as NOTEBOOKS
@@ -149,6 +150,9 @@ def test_a_list_that_lies_is_read_past_its_own_methods():
 def test_what_a_learner_says_can_be_written_and_shown():
     assert legible("a\ud800b\x1b[31m\r\nc\td") == "a\\ud800b\N{REPLACEMENT CHARACTER}[31m\nc\td"
     assert legible("Zoë 🤖 ∂", 5) == "Zoë 🤖"
+    turning = "\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"
+    assert legible(f"bob{turning}(deppots") == "bob" + len(turning) * "\N{REPLACEMENT CHARACTER}" + "(deppots"
+    assert legible("محمد שלום") == "محمد שלום"
 
 
 def test_monsters_go_through_as_plain_things():
@@ -428,8 +432,49 @@ def test_the_page_shows_all_of_it_and_runs_nothing(tmp_path):
     write_page(tmp_path / "class.html", rows, {"03": tally(rows, "03", asked()[:2])}, ["How it was done"])
     page = (tmp_path / "class.html").read_text(encoding="utf-8")
     assert "<script>" not in page and "&lt;script&gt;" in page
-    for part in ("2 of 3: … px is too large.", "My words", "teacher: not yet", "2 hints", "How it was done"):
+    for part in (
+        "2 of 3: <bdi>… px is too large.</bdi>",
+        "<bdi>My words",
+        "teacher: <bdi>not yet</bdi>",
+        "2 hints",
+        "How it was done",
+    ):
         assert part in page
+
+
+@pytest.fixture
+def page_of_names(tmp_path):
+    """The page of a class with names of any length and script."""
+    names = "x" * 300, "Wolfeschlegelsteinhausen " * 12, "محمد عبد الله", "<b>Ann"
+    marks = (Mark(NOT_YET, "w" * 400, "2 hints"),) * 2
+    rows = [dataclasses.replace(ROWS[0], learner=name, marks=marks, notes=("one", "two")) for name in names]
+    rows += [dataclasses.replace(ROWS[0], learner="Eve", lesson="", marks=(), notes=("no notebook",))]
+    write_page(tmp_path / "class.html", rows, {"03": tally(rows, "03", asked()[:2])}, [])
+    return tmp_path / "class.html"
+
+
+def test_what_learners_wrote_runs_its_own_way(page_of_names):
+    """From right to left as well: the kit's words beside it do not."""
+    page = page_of_names.read_text(encoding="utf-8")
+    for name in ("x" * 300, "محمد عبد الله", "&lt;b&gt;Ann"):
+        assert page.count(name) == page.count(f"<bdi>{name}</bdi>") == 2  # in the table, and over what was written
+    assert "<li><bdi>Eve</bdi>: " in page and "<bdi>one</bdi>; <bdi>two</bdi>" in page
+
+
+@pytest.mark.parametrize("width", [1366, 800])
+def test_a_long_name_makes_no_wide_page(page_of_names, width):
+    """It is broken; and a table that is too wide all the same moves in a box of its own."""
+    api = pytest.importorskip("playwright.sync_api") if shutil.which("chromium") else skip_unless_ci("no Chromium")
+    with api.sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        page = chromium.new_page(viewport={"width": width, "height": 700})
+        page.goto(page_of_names.as_uri())
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        names = page.evaluate("[...document.querySelectorAll('.who')].map(e => e.getBoundingClientRect().width)")
+        assert min(names) > 120 and max(names) < 300  # whole words
+        boxes = "[...document.querySelectorAll('table')].map(e => getComputedStyle(e.parentElement).overflowX)"
+        assert page.evaluate(boxes) == ["auto", "auto"]
+        chromium.close()
 
 
 def test_a_row_survives_the_file():

@@ -14,7 +14,9 @@ STYLE = """
 body { font: 16px/1.45 system-ui, sans-serif; color: #1a1a1a; margin: 2rem auto; max-width: 75rem; padding: 0 1rem }
 table { border-collapse: collapse; margin: 1rem 0 } caption { text-align: left; padding: .3rem 0 }
 th, td { border: 1px solid #767676; padding: .3rem .5rem; vertical-align: top; text-align: left }
-th { background: #eeeeee } th[scope=row] { white-space: nowrap } td small, .notes { color: #444444 } td small, .notes, li { overflow-wrap: anywhere }
+th { background: #eeeeee } th[scope=row] { min-width: 3rem; max-width: 16rem } th.who[scope=row] { min-width: 8rem }
+.wide { overflow-x: auto } th[scope=row], h4, blockquote { overflow-wrap: anywhere }
+td small, .notes { color: #444444 } td small, .notes, li { overflow-wrap: anywhere }
 .passed { background: #d7ecf7 } .not-yet { background: #fde8c8 }
 ul { margin: 0; padding-left: 1.2rem }
 blockquote { margin: .5rem 0; padding: .2rem 1rem; border-left: 4px solid #767676; white-space: pre-wrap }
@@ -52,7 +54,7 @@ def _questions(counts):
     """For each question how many passed, and what the others fell for."""
     lines = []
     for count in counts:
-        fell = "".join(f"<li>{n} of {count.learners}: {escape(why)}</li>" for why, n in count.fell_for)
+        fell = "".join(f"<li>{n} of {count.learners}: {_theirs(why)}</li>" for why, n in count.fell_for)
         lines.append(
             f'<tr><th scope="row">{count.name}</th><td>{escape(count.asks)}</td><td>{count.passed}</td>'
             f"<td>{count.not_yet}</td><td>{count.not_attempted}</td><td><ul>{fell}</ul></td></tr>"
@@ -60,35 +62,41 @@ def _questions(counts):
     heads = "".join(
         f'<th scope="col">{h}</th>' for h in ("No.", "Question", "passed", "not yet", "not attempted", "What was said")
     )
-    return f"<table><caption>How many fell for what</caption><thead><tr>{heads}</tr></thead><tbody>{''.join(lines)}</tbody></table>"
+    return _table("How many fell for what", heads, lines)
 
 
 def _class(rows, counts):
     """A line for each learner."""
     heads = "".join(f'<th scope="col">{h}</th>' for h in ("Learner", "passed", *(c.name for c in counts), "Notes"))
     lines = [
-        f'<tr><th scope="row">{_who(row)}</th><td>{row.passed} of {len(row.marks)}</td>'
+        f'<tr><th scope="row" class="who">{_who(row)}</th><td>{row.passed} of {len(row.marks)}</td>'
         + "".join(map(_mark, row.marks))
         + f"<td>{_notes(row)}</td></tr>"
         for row in rows
     ]
+    return _table(f"{len(rows)} learners", heads, lines)
+
+
+def _table(caption, heads, lines):
+    """A table in a box of its own: where it is too wide, the box is moved along, by keys as well, and not the page."""
     return (
-        f"<table><caption>{len(rows)} learners</caption><thead><tr>{heads}</tr></thead>"
-        f"<tbody>{''.join(lines)}</tbody></table>"
+        f'<div class="wide" role="region" aria-label="{caption}" tabindex="0"><table><caption>{caption}</caption>'
+        f"<thead><tr>{heads}</tr></thead><tbody>{''.join(lines)}</tbody></table></div>"
     )
 
 
 def _mark(mark: Mark) -> str:
     words = IN_WORDS[mark.counts]
-    more = [mark.help, f"teacher: {mark.teacher}" if mark.teacher else "", mark.why if words != "passed" else ""]
-    told = "".join(f"<br><small>{escape(part)}</small>" for part in more if part)
+    more = [escape(mark.help), f"teacher: {_theirs(mark.teacher)}" if mark.teacher else ""]
+    more += [_theirs(mark.why)] if words != "passed" and mark.why else []
+    told = "".join(f"<br><small>{part}</small>" for part in more if part)
     return f'<td class="{words.replace(" ", "-")}">{SIGNS[words]}&nbsp;{words}{told}</td>'
 
 
 def _written(rows):
     """What learners wrote between the cells, unmarked."""
     texts = [
-        f"<h4>{_who(row)}</h4>" + "".join(f"<blockquote>{escape(t)}</blockquote>" for t in row.written)
+        f"<h4>{_who(row)}</h4>" + "".join(f"<blockquote>{_theirs(t)}</blockquote>" for t in row.written)
         for row in rows
         if row.written
     ]
@@ -96,8 +104,13 @@ def _written(rows):
 
 
 def _who(row):
-    return escape(row.learner)
+    return _theirs(row.learner)
+
+
+def _theirs(text):
+    """What somebody else wrote: its letters may run from right to left, and the kit's words beside it do not."""
+    return f"<bdi>{escape(text)}</bdi>"
 
 
 def _notes(row):
-    return f'<span class="notes">{escape("; ".join(row.notes))}</span>'
+    return f'<span class="notes">{"; ".join(map(_theirs, row.notes))}</span>'

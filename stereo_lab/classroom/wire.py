@@ -20,6 +20,8 @@ LARGEST_ARRAY = 10_000_000  # bytes: functions of the kit's get whole pictures, 
 LONGEST_LIST = 200_000  # things in it
 DEEPEST = 8  # lists in lists
 PLACE = ("x_mm", "y_mm", "depth_mm")
+# Letters that steer a screen, and those that turn the writing on it round (all of Unicode's Bidi_Control)
+STEERING = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]")
 BARE = (set, dict, complex)  # no answers: they are told by their kind, whatever is in them
 
 
@@ -119,9 +121,9 @@ def unpack(told: Any, function: Callable[[int, bool], Any] | None = None, depth:
 
 
 def legible(text: str, most: int = LONGEST_TEXT) -> str:
-    """A text of a learner's as any file and any screen takes it: no halves of letters, no letters that steer a screen."""
+    """A text of a learner's as any file and any screen takes it: no halves of letters, none that steers it or turns its words."""
     whole = text[:most].encode("utf-8", "backslashreplace").decode("utf-8")
-    return re.sub(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]", "\N{REPLACEMENT CHARACTER}", whole.replace("\r\n", "\n"))
+    return STEERING.sub("\N{REPLACEMENT CHARACTER}", whole.replace("\r\n", "\n"))
 
 
 def _array(told):
