@@ -228,7 +228,8 @@ def _bar(name):
 
 
 PLAN_HIGH = 420  # px, of the planner's picture
-FAR_MM, MARGIN_PX = 3200.0, 60  # the farthest depth of the planner
+FAR_MM, MARGIN_PX = 3200.0, 76  # the farthest depth of the planner
+LETTERS, APART_PX = 0.7, 64  # how large its words are, and how far apart the numbers of its axis
 HUNDREDTHS = 100  # of a pixel
 ENLARGED = 100  # times, the error of depth in the planner's picture
 
@@ -274,38 +275,46 @@ def _plan_from_above(baseline_mm, depth_mm, angle_deg, both_mm, error_mm):
     def to_px(depth, x):
         return round(MARGIN_PX + depth * scale), round(PLAN_HIGH / 2 + x * scale)
 
-    for x, color, name in ((-baseline_mm / 2, BLUE, "left"), (baseline_mm / 2, VERMILION, "right")):
+    along, middle = to_px(depth_mm, 0)
+    cameras = (-baseline_mm / 2, BLUE), (baseline_mm / 2, VERMILION)
+    for x, color in cameras:
         for way in (-1, 1):
             cv2.line(view, to_px(0, x), to_px(FAR_MM, x + way * half * FAR_MM), color, 1, cv2.LINE_AA)
         cv2.circle(view, to_px(0, x), 6, color, -1, cv2.LINE_AA)
-        place = (4, to_px(0, x)[1] + (-10 if x < 0 else 22))
-        cv2.putText(view, name, place, cv2.FONT_HERSHEY_SIMPLEX, 0.55, color, 1, cv2.LINE_AA)
-    for x in np.linspace(-both_mm / 2, both_mm / 2, 2):
-        cv2.circle(view, to_px(depth_mm, x), 5, BLACK, -1, cv2.LINE_AA)
-    cv2.line(
-        view, to_px(depth_mm, -both_mm / 2), to_px(depth_mm, both_mm / 2), BLACK if both_mm else GREY, 3, cv2.LINE_AA
-    )
+    strip = [to_px(depth_mm, x) for x in (-both_mm / 2, both_mm / 2)]
+    for end in strip:
+        cv2.circle(view, end, 5, BLACK, -1, cv2.LINE_AA)
+    cv2.line(view, *strip, BLACK if both_mm else GREY, 3, cv2.LINE_AA)
+    ends = [to_px(depth_mm + side * ENLARGED * error_mm, 0)[0] for side in (-1, 1)]
+    shown = np.clip(ends, MARGIN_PX, PANEL_WIDTH - 1).tolist()  # no depth is below zero
+    cv2.line(view, (shown[0], middle), (shown[1], middle), ORANGE, 5, cv2.LINE_AA)
+    cv2.circle(view, (along, middle), 8, ORANGE, -1, cv2.LINE_AA)
+
+    for (x, color), name, lower in zip(cameras, ("left", "right"), (-12, 26), strict=True):
+        _write(view, name, (4, to_px(0, x)[1] + lower), color)
     if both_mm:
-        along, up = to_px(depth_mm, -both_mm / 2)
-        place = along + 10, max(up - 8, 16)  # clear of the words for the error, in the middle
-        cv2.putText(view, "both see", place, cv2.FONT_HERSHEY_SIMPLEX, 0.5, BLACK, 1, cv2.LINE_AA)
-    for depth in range(500, int(FAR_MM), 500):
-        cv2.putText(
-            view,
-            f"{depth}",
-            (to_px(depth, 0)[0] - 16, PLAN_HIGH - 8),
-            cv2.FONT_HERSHEY_SIMPLEX,
-            0.5,
-            BLACK,
-            1,
-            cv2.LINE_AA,
-        )
-    cv2.putText(view, "depth (mm)", (4, PLAN_HIGH - 28), cv2.FONT_HERSHEY_SIMPLEX, 0.5, BLACK, 1, cv2.LINE_AA)
-    ends = [to_px(depth_mm + side * ENLARGED * error_mm, 0) for side in (-1, 1)]
-    cv2.line(view, *ends, ORANGE, 5, cv2.LINE_AA)
-    words = f"error of depth (1 sigma), {ENLARGED} times as long"
-    cv2.putText(
-        view, words, (to_px(depth_mm, 0)[0] + 14, ends[1][1] - 14), cv2.FONT_HERSHEY_SIMPLEX, 0.5, BLACK, 1, cv2.LINE_AA
-    )
-    cv2.circle(view, to_px(depth_mm, 0), 8, ORANGE, -1, cv2.LINE_AA)
+        _write_beside(view, "both see", (along, max(min(strip[0][1], middle - 8) - 8, 20)))
+    _write_beside(view, f"error of depth (1 sigma), {ENLARGED} times as long", (along, middle + 32))
+    step = next(step for step in range(500, int(FAR_MM), 500) if step * scale >= APART_PX)
+    for depth in range(step, int(FAR_MM), step):
+        _write(view, f"{depth}", (to_px(depth, 0)[0] - 26, PLAN_HIGH - 10))
+    _write(view, "depth (mm)", (4, PLAN_HIGH - 36))
     return view
+
+
+def _wide(words):
+    return cv2.getTextSize(words, cv2.FONT_HERSHEY_SIMPLEX, LETTERS, 1)[0][0]
+
+
+def _write(view, words, place, color=BLACK):
+    """Words on a ground of their own: no line runs through them."""
+    x, y = place
+    cv2.rectangle(view, (x - 2, y - 18), (x + _wide(words) + 2, y + 6), WHITE, -1)
+    cv2.putText(view, words, place, cv2.FONT_HERSHEY_SIMPLEX, LETTERS, color, 1, cv2.LINE_AA)
+
+
+def _write_beside(view, words, place):
+    """Words to the right of a place, or to the left of it where the picture ends."""
+    x, y = place
+    right = x + 14 + _wide(words) < view.shape[1]
+    _write(view, words, (x + 14 if right else x - 14 - _wide(words), y))
