@@ -158,6 +158,17 @@ def test_a_registration_finds_what_is_set_and_worse_cameras_find_it_worse(bench)
     assert 0 < off[0] < 2 < off[1]
 
 
+def test_a_zero_has_no_minus_and_a_product_its_unit(bench):
+    panel = widgets.registering(bench.arm)
+    panel.control("zero1_deg").value, panel.control("off_mm").value = 0, 0
+    for link2_mm in (-2, 2):
+        panel.control("link2_mm").value = link2_mm
+        for count in range(panel.control("count").min, panel.control("count").max + 1):
+            panel.control("count").value = count
+            assert "zero 1 +0.0 " in panel.text.value
+    assert widgets.ball_against_disparity(120.0, 690.0, 40.0).text.value.endswith("disparity 82800 mm px")
+
+
 def test_the_planner_says_what_lesson_04_says():
     """Twice the baseline halves the error and takes a strip away; a wider lens sees more and knows less."""
     panel = widgets.rig_planner(40.0)

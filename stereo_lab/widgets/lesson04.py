@@ -40,7 +40,7 @@ def ball_against_disparity(baseline_mm: float, focal_px: float, diameter_mm: flo
         _bar(view, disparity, baseline_mm * focal_px / 400)
         return (
             view,
-            f"depth {depth_mm} mm, disparity {disparity:.1f} px; depth times disparity {depth_mm * disparity:.0f}",
+            f"depth {depth_mm} mm, disparity {disparity:.1f} px; depth times disparity {depth_mm * disparity:.0f} mm px",
         )
 
     return Panel("ball against disparity", {"depth_mm": slider("depth (mm)", 1000, 400, 2500, 10)}, draw)

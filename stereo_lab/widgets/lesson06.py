@@ -97,9 +97,10 @@ def registering(arm: TwoLinkArm, depth_mm: float = 1000.0) -> Panel:
         for k, line in enumerate(words):
             cv2.putText(view, line, (16, 30 + 24 * k), cv2.FONT_HERSHEY_SIMPLEX, 0.5, BLACK, 1, cv2.LINE_AA)
         gaps = [np.linalg.norm(places(way, angles) - truth, axis=1).mean() for way in (told, found)]
+        zero1, link2 = np.round([found.values[5], found.values[8]], 1) + 0.0  # no zero with a minus
         return view, (
             f"the hand is {gaps[0]:.1f} mm beside where it is told to be, {gaps[1]:.1f} mm beside where it is found to be; "
-            f"zero 1 {found.values[5]:+.1f} ± {found.sigmas[5]:.1f} degrees, link 2 {found.values[8]:.1f} ± {found.sigmas[8]:.1f} mm"
+            f"zero 1 {zero1:+.1f} ± {found.sigmas[5]:.1f} degrees, link 2 {link2:.1f} ± {found.sigmas[8]:.1f} mm"
         )
 
     return Panel(
