@@ -13,7 +13,7 @@ from stereo_lab.motion import Motor
 from stereo_lab.recording.marks import read_marks
 from stereo_lab.widgets.lesson08 import MARGIN_PX
 from stereo_lab.widgets.lesson09 import ZOOM_PX
-from stereo_lab.widgets.panel import ORANGE
+from stereo_lab.widgets.panel import LETTERS, ORANGE
 from tests.written import assert_as_written
 
 DISPARITY = np.array([160.0, 103.0, 73.0, 60.0, 49.0, 42.0])
@@ -184,23 +184,39 @@ def test_the_planner_says_what_lesson_04_says():
     assert told()[0] > error / 2 and told()[1] == pytest.approx(2 * 2000 - 240)
 
 
-def test_the_planners_words_lie_on_nothing_and_its_bar_ends_at_the_cameras(monkeypatch):
-    """At all ends of its sliders: words in the picture and apart, and no depth of less than zero."""
+@pytest.fixture
+def words_of(monkeypatch):
+    """A function that lets a panel draw, and gives the picture and the boxes of the words in it, which must be apart."""
     put, boxes = cv2.putText, []
 
     def spy(view, words, place, font, size, color, thickness, line):
         wide, high = cv2.getTextSize(words, font, size, thickness)[0]
         boxes.append((words, place[0], place[1] - high, place[0] + wide, place[1]))
+        assert size >= LETTERS
         return put(view, words, place, font, size, color, thickness, line)
 
+    def words_of(panel, *values):
+        boxes.clear()
+        image = panel._draw(*values, **({} if values else {k: c.value for k, c in panel._controls.items()}))[0]
+        for a, b in itertools.combinations(boxes, 2):
+            assert a[3] < b[1] or b[3] < a[1] or a[4] < b[2] or b[4] < a[2], (panel, values, a, b)
+        assert all(0 <= x0 < x1 <= image.shape[1] and 0 <= y0 < y1 <= image.shape[0] for _, x0, y0, x1, y1 in boxes)
+        return image, boxes
+
     monkeypatch.setattr(cv2, "putText", spy)
+    return words_of
+
+
+def test_words_in_pictures_are_large_and_apart(panels, words_of):
+    drawn = {repr(panel) for panel in panels if words_of(panel)[1]}
+    assert len(drawn) >= 6, drawn
+
+
+def test_the_planners_words_lie_on_nothing_and_its_bar_ends_at_the_cameras(words_of):
+    """At all ends of its sliders: words in the picture and apart, and no depth of less than zero."""
     panel = widgets.rig_planner(40.0)
     for values in itertools.product((30, 120, 500), (300, 1000, 3000), (30, 50, 100), (320, 1920), (1, 100)):
-        boxes.clear()
-        image = panel._draw(*values)[0]
-        for a, b in itertools.combinations(boxes, 2):
-            assert a[3] < b[1] or b[3] < a[1] or a[4] < b[2] or b[4] < a[2], (values, a, b)
-        assert all(0 <= x0 < x1 <= image.shape[1] and 0 <= y0 < y1 <= image.shape[0] for _, x0, y0, x1, y1 in boxes)
+        image, boxes = words_of(panel, *values)
         axis = [(x0 + x1) / 2 for words, x0, _, x1, _ in boxes if words.isdigit()]
         assert len(axis) >= 2 and min(np.diff(axis)) >= 50, (values, axis)
         orange = np.flatnonzero((image == ORANGE).all(2).any(0))

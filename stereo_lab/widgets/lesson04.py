@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from stereo_lab.depth import OffsetDepth, PaperDepth
 from stereo_lab.errors import StereoLabError
-from stereo_lab.widgets.panel import BLACK, BLUE, GREY, ORANGE, PANEL_WIDTH, VERMILION, Panel, slider
+from stereo_lab.widgets.panel import BLACK, BLUE, GREY, ORANGE, PANEL_WIDTH, VERMILION, Panel, slider, wide, write
 
 
 def ball_against_disparity(baseline_mm: float, focal_px: float, diameter_mm: float) -> Panel:
@@ -25,7 +25,7 @@ def ball_against_disparity(baseline_mm: float, focal_px: float, diameter_mm: flo
         across = 0.3 * 340 / max(baseline_mm, 1) * min(1.0, baseline_mm / 60)  # px per mm, upwards
 
         def place(depth, x):
-            return round(70 + depth * 800 / 2600), round(170 - (x - baseline_mm / 2) * across)
+            return round(80 + depth * 800 / 2600), round(170 - (x - baseline_mm / 2) * across)
 
         ball = place(depth_mm, baseline_mm / 2)
         for x, color, name in ((0.0, BLUE, "left"), (baseline_mm, VERMILION, "right")):
@@ -33,9 +33,7 @@ def ball_against_disparity(baseline_mm: float, focal_px: float, diameter_mm: flo
             camera = place(0, x)
             cv2.line(view, camera, ball, color, 2, cv2.LINE_AA)
             cv2.circle(view, camera, 9, color, -1, cv2.LINE_AA)
-            cv2.putText(
-                view, name, (camera[0] - 60, camera[1] + 6), cv2.FONT_HERSHEY_SIMPLEX, 0.55, BLACK, 1, cv2.LINE_AA
-            )
+            write(view, name, (camera[0] - 16 - wide(name), camera[1] + 6))
         cv2.circle(view, ball, max(5, round(diameter_mm / 2 * 800 / 2600)), ORANGE, -1, cv2.LINE_AA)
         _bar(view, disparity, baseline_mm * focal_px / 400)
         return (
@@ -93,8 +91,7 @@ def signs_against_squint(baseline_mm: float, focal_px: float, depth_mm_N: ArrayL
             value, y = getattr(fit, name), 45 + 50 * k
             color = BLUE if value > 0 else VERMILION
             cv2.rectangle(view, (500, y - 14), (500 + round(330 * value / largest[name]), y + 14), color, -1)
-            text = f"{name} = {value:.{digits}f} {unit}"
-            cv2.putText(view, text, (20, y + 6), cv2.FONT_HERSHEY_SIMPLEX, 0.6, BLACK, 1, cv2.LINE_AA)
+            write(view, f"{name} = {value:.{digits}f} {unit}", (20, y + 6))
         signs = ", ".join(f"{name} {'above' if getattr(fit, name) > 0 else 'not above'} zero" for name in "mnc")
         return view, f"every disparity {squint / 10:+.1f} px: {signs}."
 
@@ -106,7 +103,7 @@ def _bar(view, disparity, largest):
     length = round(700 * disparity / largest)
     cv2.rectangle(view, (200, 305), (900, 325), GREY, 1)
     cv2.rectangle(view, (200, 305), (200 + length, 325), ORANGE, -1)
-    cv2.putText(view, "disparity", (90, 321), cv2.FONT_HERSHEY_SIMPLEX, 0.6, BLACK, 1, cv2.LINE_AA)
+    write(view, "disparity", (190 - wide("disparity"), 321))
 
 
 def _axes(d, depth):
@@ -115,15 +112,15 @@ def _axes(d, depth):
     low, high, top = 0.85 * d.min(), 1.12 * d.max(), 1.15 * depth.max()
 
     def to_px(x, y):
-        return round(90 + (x - low) / (high - low) * 830), round(370 - float(y) / top * 340)
+        return round(90 + (x - low) / (high - low) * 830), round(356 - float(y) / top * 326)
 
     for x in _ticks(low, high):
-        cv2.putText(view, f"{x:.0f}", (to_px(x, 0)[0] - 14, 392), cv2.FONT_HERSHEY_SIMPLEX, 0.5, BLACK, 1, cv2.LINE_AA)
+        write(view, f"{x:.0f}", (to_px(x, 0)[0] - wide(f"{x:.0f}") // 2, 382))
     for y in _ticks(0, top):
         cv2.line(view, to_px(low, y), to_px(high, y), GREY, 1)
-        cv2.putText(view, f"{y:.0f}", (36, to_px(low, y)[1] + 5), cv2.FONT_HERSHEY_SIMPLEX, 0.5, BLACK, 1, cv2.LINE_AA)
-    cv2.putText(view, "disparity (px)", (440, 413), cv2.FONT_HERSHEY_SIMPLEX, 0.55, BLACK, 1, cv2.LINE_AA)
-    cv2.putText(view, "depth (mm)", (96, 14), cv2.FONT_HERSHEY_SIMPLEX, 0.55, BLACK, 1, cv2.LINE_AA)
+        write(view, f"{y:.0f}", (80 - wide(f"{y:.0f}"), to_px(low, y)[1] + 6))
+    write(view, "disparity (px)", (440, 411))
+    write(view, "depth (mm)", (96, 20))
     return view, to_px
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from stereo_lab.arm.registering import hand_poses
 from stereo_lab.kinematics import LEAST_POSES, JointAngles, Registration, TwoLinkArm
 from stereo_lab.motion import Motor, SlowDownRule, Tuning, calibrate_motor, drive, push_of
-from stereo_lab.widgets.panel import BLACK, BLUE, GREY, PANEL_WIDTH, VERMILION, Panel, slider
+from stereo_lab.widgets.panel import BLACK, BLUE, GREY, PANEL_WIDTH, VERMILION, Panel, slider, wide, write
 
 SHOWN_S, LONGEST_S = 4.0, 8.0  # of a move that is drawn; until it is given up
 
@@ -23,10 +23,7 @@ def stopping(motor: Motor, goal_deg: float = 90.0) -> Panel:
     tuning = Tuning.of(calibrate_motor(push_of(motor), motor.supply_v), motor.counts_per_turn)
 
     def to_px(seconds, angle):
-        return round(70 + seconds / SHOWN_S * 860), round(380 - angle / (1.25 * goal_deg) * 350)
-
-    def write(view, words, place, size=0.5):
-        cv2.putText(view, words, place, cv2.FONT_HERSHEY_SIMPLEX, size, BLACK, 1, cv2.LINE_AA)
+        return round(70 + seconds / SHOWN_S * 860), round(364 - angle / (1.25 * goal_deg) * 334)
 
     def draw(zone_deg, cruise_deg_s):
         view = np.full((420, PANEL_WIDTH, 3), 255, np.uint8)
@@ -38,12 +35,12 @@ def stopping(motor: Motor, goal_deg: float = 90.0) -> Panel:
         line = np.array([to_px(t, p) for t, p in zip(run.time_s, run.position_deg, strict=True)])
         cv2.polylines(view, [np.clip(line, -5000, 5000)], False, BLUE, 3, cv2.LINE_AA)
         for seconds in range(round(SHOWN_S) + 1):
-            write(view, f"{seconds}", (to_px(seconds, 0)[0] - 4, 402))
+            write(view, f"{seconds}", (to_px(seconds, 0)[0] - 6, 388))
         for angle in range(0, round(1.25 * goal_deg), 30):
-            write(view, f"{angle}", (36, to_px(0, angle)[1] + 5))
-        write(view, "time (s)", (450, 417))
-        write(view, "degrees", (4, 16))
-        write(view, f"goal {goal_deg:.0f} deg", (74, to_px(0, goal_deg)[1] - 8), 0.55)
+            write(view, f"{angle}", (60 - wide(f"{angle}"), to_px(0, angle)[1] + 6))
+        write(view, "time (s)", (450, 412))
+        write(view, "degrees", (4, 20))
+        write(view, f"goal {goal_deg:.0f} deg", (74, to_px(0, goal_deg)[1] - 8))
         where = f"{run.rest_deg - goal_deg:+.1f} degrees from the goal"
         return (
             view,
@@ -95,7 +92,7 @@ def registering(arm: TwoLinkArm, depth_mm: float = 1000.0) -> Panel:
             cv2.arrowedLine(view, to_px(start), to_px(start + longer * (end - start)), VERMILION, 2, cv2.LINE_AA)
         words = ("circles: where the hand", "is told to be", "arrows: to where it is seen,", f"{longer} times too long")
         for k, line in enumerate(words):
-            cv2.putText(view, line, (16, 30 + 24 * k), cv2.FONT_HERSHEY_SIMPLEX, 0.5, BLACK, 1, cv2.LINE_AA)
+            write(view, line, (16, 30 + 30 * k))
         gaps = [np.linalg.norm(places(way, angles) - truth, axis=1).mean() for way in (told, found)]
         zero1, link2 = np.round([found.values[5], found.values[8]], 1) + 0.0  # no zero with a minus
         return view, (

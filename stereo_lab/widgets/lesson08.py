@@ -31,6 +31,8 @@ from stereo_lab.widgets.panel import (
     fit_width,
     jpeg,
     slider,
+    wide,
+    write,
 )  # fmt: skip
 from stereo_lab.widgets.running import Running
 
@@ -229,7 +231,7 @@ def _bar(name):
 
 PLAN_HIGH = 420  # px, of the planner's picture
 FAR_MM, MARGIN_PX = 3200.0, 76  # the farthest depth of the planner
-LETTERS, APART_PX = 0.7, 64  # how large its words are, and how far apart the numbers of its axis
+APART_PX = 64  # between the numbers of its axis
 HUNDREDTHS = 100  # of a pixel
 ENLARGED = 100  # times, the error of depth in the planner's picture
 
@@ -291,30 +293,26 @@ def _plan_from_above(baseline_mm, depth_mm, angle_deg, both_mm, error_mm):
     cv2.circle(view, (along, middle), 8, ORANGE, -1, cv2.LINE_AA)
 
     for (x, color), name, lower in zip(cameras, ("left", "right"), (-12, 26), strict=True):
-        _write(view, name, (4, to_px(0, x)[1] + lower), color)
+        _words(view, name, (4, to_px(0, x)[1] + lower), color)
     if both_mm:
-        _write_beside(view, "both see", (along, max(min(strip[0][1], middle - 8) - 8, 20)))
-    _write_beside(view, f"error of depth (1 sigma), {ENLARGED} times as long", (along, middle + 32))
+        _words_beside(view, "both see", (along, max(min(strip[0][1], middle - 8) - 8, 20)))
+    _words_beside(view, f"error of depth (1 sigma), {ENLARGED} times as long", (along, middle + 32))
     step = next(step for step in range(500, int(FAR_MM), 500) if step * scale >= APART_PX)
     for depth in range(step, int(FAR_MM), step):
-        _write(view, f"{depth}", (to_px(depth, 0)[0] - 26, PLAN_HIGH - 10))
-    _write(view, "depth (mm)", (4, PLAN_HIGH - 36))
+        _words(view, f"{depth}", (to_px(depth, 0)[0] - 26, PLAN_HIGH - 10))
+    _words(view, "depth (mm)", (4, PLAN_HIGH - 36))
     return view
 
 
-def _wide(words):
-    return cv2.getTextSize(words, cv2.FONT_HERSHEY_SIMPLEX, LETTERS, 1)[0][0]
-
-
-def _write(view, words, place, color=BLACK):
+def _words(view, words, place, color=BLACK):
     """Words on a ground of their own: no line runs through them."""
     x, y = place
-    cv2.rectangle(view, (x - 2, y - 18), (x + _wide(words) + 2, y + 6), WHITE, -1)
-    cv2.putText(view, words, place, cv2.FONT_HERSHEY_SIMPLEX, LETTERS, color, 1, cv2.LINE_AA)
+    cv2.rectangle(view, (x - 2, y - 18), (x + wide(words) + 2, y + 6), WHITE, -1)
+    write(view, words, place, color)
 
 
-def _write_beside(view, words, place):
+def _words_beside(view, words, place):
     """Words to the right of a place, or to the left of it where the picture ends."""
     x, y = place
-    right = x + 14 + _wide(words) < view.shape[1]
-    _write(view, words, (x + 14 if right else x - 14 - _wide(words), y))
+    right = x + 14 + wide(words) < view.shape[1]
+    _words(view, words, (x + 14 if right else x - 14 - wide(words), y))

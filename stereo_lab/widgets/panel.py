@@ -18,6 +18,7 @@ BLUE, ORANGE, VERMILION, BLACK, WHITE, GREY = (
     (178, 114, 0), (0, 159, 230), (0, 94, 213), (0, 0, 0), (255, 255, 255), (200, 200, 200),
 )  # fmt: skip
 PANEL_WIDTH = 960  # px, of the picture in a panel
+LETTERS = 0.7  # OpenCV's size of the words in it: ten points where the page is 1024 px wide
 LONG = {"description_width": "170px"}
 WIDE = {"width": "560px", "max_width": "98%"}  # less where the page is narrow
 TICK_MS = 1000  # the page ticks so often while it is there
@@ -87,6 +88,16 @@ def fit_width(image: np.ndarray, width: int) -> np.ndarray:
     """The picture made at most ``width`` wide."""
     scale = min(1.0, width / image.shape[1])
     return image if scale == 1 else cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+
+
+def wide(words: str) -> int:
+    """How many px words take in a panel's picture."""
+    return cv2.getTextSize(words, cv2.FONT_HERSHEY_SIMPLEX, LETTERS, 1)[0][0]
+
+
+def write(view: np.ndarray, words: str, place: tuple[int, int], color: Sequence[int] = BLACK) -> None:
+    """Write words into a panel's picture, from their lower left corner on."""
+    cv2.putText(view, words, place, cv2.FONT_HERSHEY_SIMPLEX, LETTERS, color, 1, cv2.LINE_AA)
 
 
 def answer_while_busy(control: ipywidgets.Widget) -> None:
