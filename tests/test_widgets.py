@@ -1,6 +1,7 @@
 """Every panel without a browser: each control changes the picture, and no value breaks it."""
 
 import itertools
+from types import SimpleNamespace
 
 import cv2
 import ipywidgets
@@ -11,6 +12,7 @@ from stereo_lab import plots, widgets
 from stereo_lab.errors import StereoLabError
 from stereo_lab.motion import Motor
 from stereo_lab.recording.marks import read_marks
+from stereo_lab.widgets.lesson07 import _with_words
 from stereo_lab.widgets.lesson08 import MARGIN_PX
 from stereo_lab.widgets.lesson09 import ZOOM_PX
 from stereo_lab.widgets.panel import LETTERS, ORANGE
@@ -210,6 +212,15 @@ def words_of(monkeypatch):
 def test_words_in_pictures_are_large_and_apart(panels, words_of):
     drawn = {repr(panel) for panel in panels if words_of(panel)[1]}
     assert len(drawn) >= 6, drawn
+
+
+@pytest.mark.parametrize("width", [768, 1280, 2560])
+def test_words_of_the_live_cell_are_as_large_at_any_width(words_of, width):
+    """A page shows a wide picture smaller, and the words in it."""
+    words = ["100 pairs a second, 100 % CPU, 1000 MB", "ball x -282  y -270  depth 1000 mm", "arm -123, -123 degrees"]
+    panel = SimpleNamespace(_draw=lambda: (_with_words(np.zeros((480, width, 3), np.uint8), words),), _controls={})
+    boxes = words_of(panel)[1]
+    assert all((y1 - y0) / width > 0.012 for _, _, y0, _, y1 in boxes) and len(boxes) == 3
 
 
 def test_the_planners_words_lie_on_nothing_and_its_bar_ends_at_the_cameras(words_of):

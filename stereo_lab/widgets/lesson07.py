@@ -19,7 +19,9 @@ from stereo_lab.recording import Recording
 from stereo_lab.widgets.panel import (
     BLACK,
     BLUE,
+    LETTERS,
     ORANGE,
+    PANEL_WIDTH,
     PRESS,
     SILENT_S,
     WHITE,
@@ -29,7 +31,7 @@ from stereo_lab.widgets.panel import (
 )
 from stereo_lab.widgets.running import Running
 
-LINE_PX = 34  # of the line of words under them
+ROW = 42  # px for OpenCV's size of letters: a row of the words under them
 SAID_EVERY = 150  # pictures, where nothing new is to be said: a voice reads the line aloud
 THE_END = f"The pictures have ended. {PRESS}"
 GLIDE_MM_S = 150.0  # the ball goes so fast to where the sliders say: a jump would be taken for another ball
@@ -171,7 +173,7 @@ def live_cell(source_name: str, arm_url: str | None, stage: Recording, localizer
 
 
 def _drawn(moment: Moment) -> np.ndarray:
-    """Both pictures beside each other, the ball marked, and under them what is known."""
+    """Both pictures beside each other, the ball marked, and under them what is known: of the run; of the ball and the arm."""
     frame, track = moment.frame, moment.track
     view = np.hstack([frame.left, frame.right])
     for k, ball in enumerate(() if track is None or track.detections is None else track.detections):
@@ -194,13 +196,16 @@ def _before_it_plays(stage):
     """A pair of the recording, smaller."""
     pair = stage.samples("position")[0].pair
     view = cv2.resize(np.hstack([pair.left, pair.right]), None, fx=0.6, fy=0.6, interpolation=cv2.INTER_AREA)
-    return _with_words(view, ["A recorded pair. " + PRESS])
+    return _with_words(view, ["A recorded pair.", PRESS])
 
 
 def _with_words(view, words):
-    """The picture with a line of words under it, evenly spread: they cover nothing."""
-    line = np.full((LINE_PX, view.shape[1], 3), WHITE, np.uint8)
+    """The picture with two rows of words under it, as large as a page that shows it smaller needs: they cover nothing."""
+    width = view.shape[1]
+    size = max(LETTERS, LETTERS * width / PANEL_WIDTH)
+    high = round(ROW * size)
+    rows = np.full((2 * high, width, 3), WHITE, np.uint8)
     for k, part in enumerate(words):
-        at = (10 + k * view.shape[1] // len(words), LINE_PX - 11)
-        cv2.putText(line, part, at, cv2.FONT_HERSHEY_SIMPLEX, 0.65, BLACK, 1, cv2.LINE_AA)
-    return np.vstack([view, line])
+        at = (10 + width // 2 * (k == 2), high * (1 + (k > 0)) - high // 3)
+        cv2.putText(rows, part, at, cv2.FONT_HERSHEY_SIMPLEX, size, BLACK, max(1, round(size)), cv2.LINE_AA)
+    return np.vstack([view, rows])
