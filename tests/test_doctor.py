@@ -14,9 +14,11 @@ from rigs import BOARD, bent_board, hold, known_rig, turned
 from conftest import slow_after_first
 from stereo_lab import cli
 from stereo_lab.calibration import calibrate_recording
+from stereo_lab.calibration.bundle import Rig
 from stereo_lab.doctor import FAULTS, admit, check_recording, healthy, spoil
 from stereo_lab.doctor.boards import Boards
 from stereo_lab.doctor.findings import COSTS, NOTE, STOPS, Checkup, Finding, in_order, severity_of
+from stereo_lab.doctor.known import apart_mm
 from stereo_lab.doctor.numbers import likeliest_table, place, slip_of
 from stereo_lab.doctor.pairing import mend_pairs
 from stereo_lab.errors import RecordingError, StereoLabError
@@ -196,6 +198,16 @@ def test_boards_that_move_between_the_two_pictures(seed, mm, degrees):
     boards = seen(first, rig)
     moved = replace(boards, right=np.array(right) + rng.normal(0, 0.04, boards.right.shape))
     assert "not_together" in names(mend_pairs(moved)[0]) and "stabilised" not in names(mend_pairs(moved)[0])
+
+
+@pytest.mark.parametrize(
+    ("focal_px", "bent"), [(600, [-0.4, 0.2, 0, 0, 0]), (450, [-0.3, 0.1, 0, 0, 0]), (400, [-0.28, 0.08, 0, 0, -0.005])]
+)
+def test_a_rig_is_no_millimetre_apart_from_itself(focal_px, bent):
+    """Wide lenses bend their rims so much that a few rounds do not undo it."""
+    lens = np.array([focal_px, focal_px, 320, 240, *bent])
+    rig = Rig(lens, lens, np.eye(3), np.array([-100.0, 0, 0]))
+    assert apart_mm(rig, rig, (640, 480), 1000.0) < 1e-3
 
 
 def test_two_faults_at_once():

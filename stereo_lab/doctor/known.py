@@ -9,6 +9,7 @@ import numpy as np
 
 from stereo_lab.calibration import StereoCalibration, depth_map
 from stereo_lab.calibration.bundle import Rig, matrices, project
+from stereo_lab.calibration.cameras import EXACT
 from stereo_lab.calibration.uncertainty import common_field
 from stereo_lab.doctor.boards import Alone, Boards
 from stereo_lab.doctor.pictures import Look
@@ -32,7 +33,7 @@ def apart_mm(one: Rig, other: Rig, size: tuple[int, int], depth_mm: float) -> fl
 def _triangulated(rig, left, right):
     """Raw pixels of both cameras to places in the left camera's frame, shape (N, 3), mm."""
     flat = [
-        cv2.undistortPoints(pixels.reshape(-1, 1, 2), *matrices(lens)).reshape(-1, 2).T
+        cv2.undistortPoints(pixels.reshape(-1, 1, 2), *matrices(lens), criteria=EXACT).reshape(-1, 2).T
         for pixels, lens in ((left, rig.left), (right, rig.right))
     ]
     there = np.column_stack([rig.rotation, rig.translation])
