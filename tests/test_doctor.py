@@ -534,6 +534,7 @@ def test_a_camera_that_moved_between_the_boards_and_the_balls(third_rig, tmp_pat
             cv2.imwrite(str(file), moved, [cv2.IMWRITE_JPEG_QUALITY, 97])
     finding = check_recording(spoilt).findings[0]
     assert finding.name == "camera_moved" and "between the boards and the balls" in finding.says
+    assert "take the boards again" in finding.advice and "later pairs" not in finding.advice  # no boards are later
     if axis == 1:
         assert float(finding.says.split("sideways by ")[1].split("°")[0]) == pytest.approx(degrees, abs=0.05)
 

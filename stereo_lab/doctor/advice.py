@@ -34,6 +34,7 @@ ADVICE = {
     "not_together": "Hold the board still for a second before each pair, or take both pictures at one moment.",
     "stabilised": "Switch digital image stabilisation off in the cameras' settings and take everything again.",
     "camera_moved": "Fix the cameras so that nothing moves them, and take the boards again; or keep the later pairs alone.",
+    "camera_moved_since": "Leave the cameras as they stand now, and take the boards again: those that are there hold no more. Or take the balls again, if these are the older ones.",
     "camera_zoomed": "Switch autofocus and zoom off, and take the boards again; or keep the later pairs alone.",
     "reversed_order": "Use a board with one odd and one even number of corners, and keep it upright.",
     "corners_wrong": "Nothing needs to be done: these corners are left out. Look whether a finger or glare is there.",

@@ -35,7 +35,7 @@ def moved_up_or_down(sightings: Sequence[Sighting]) -> Finding | None:
         f"{'lower' if lower > 0 else 'higher'} than the boards tell: one of them was moved between the boards and the balls."
     )
     severity = STOPS if lost else COSTS if apart else NOTE
-    return Finding("camera_moved", says, ADVICE["camera_moved"], apart, None, severity)
+    return Finding("camera_moved", says, ADVICE["camera_moved_since"], apart, None, severity)
 
 
 def turned_since(
@@ -71,5 +71,5 @@ def turned_since(
         f"lies {abs(aside_px):.1f} px farther to the {'right' if aside_px > 0 else 'left'} in the right picture."
     )
     does = abs(aside_px) * float(calibration.depth_per_px(calibration.depth_mm))
-    finding = Finding("camera_moved", says, ADVICE["camera_moved"], tuple(s.name for s in seen), does)
+    finding = Finding("camera_moved", says, ADVICE["camera_moved_since"], tuple(s.name for s in seen), does)
     return points, replace(best, name="as_is", what="", table=table, placed=placed), finding
