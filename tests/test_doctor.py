@@ -338,6 +338,14 @@ def test_both_of_two_faults_are_named(third_rig, tmp_path):
     assert both <= {finding.name for finding in checkup.findings}
 
 
+def test_a_wrong_colour_hides_no_other_fault_of_the_balls(third_rig, tmp_path):
+    """What is to be mended is told at once, and not one thing after the other."""
+    spoilt = spoil(third_rig, tmp_path / "spoilt", ["color_wrong", "ball_diameter", "typing_slip"], seed=1)
+    checkup = check_recording(spoilt)
+    assert {f.name for f in checkup.findings if f.severity != NOTE} == {"color_wrong", "ball_diameter", "typing_slip"}
+    assert "orange" in checkup.findings[0].says and "There are 3 things to mend." in checkup.says
+
+
 def test_a_recording_without_boards_or_balls_is_looked_at_as_far_as_it_goes(tmp_path, third_rig):
     spoilt = spoil(third_rig, tmp_path / "spoilt", [])
     for name in ("position", "depth"):

@@ -177,8 +177,24 @@ def _beyond(hue, name):
     return abs((hue - low - half + 90) % 180 - 90) - half
 
 
-def why_lost(lost: Sequence[Sighting], ball: Ball | None) -> tuple[str, str]:
-    """Name and sentence for balls that were lost: another colour, one too narrow or too wide, or, of a few balls, none of these."""
+@dataclass(frozen=True)
+class Why:
+    """Why balls were lost.
+
+    Attributes
+    ----------
+    name : str, of the fault
+    says : str
+    color : str, the name that finds them, where that is another one; else empty
+    """
+
+    name: str
+    says: str
+    color: str = ""
+
+
+def why_lost(lost: Sequence[Sighting], ball: Ball | None) -> Why:
+    """Why balls were lost: another colour, one too narrow or too wide, or, of a few balls, none of these."""
     return _by_rows(lost) or (ball and _by_color(lost, ball)) or _by_place(lost)
 
 
@@ -190,7 +206,7 @@ def _by_rows(lost):
     says = (
         f"Both cameras see a ball there, but on rows {np.median(rows):.0f} px apart, which the boards do not tell of."
     )
-    return "rows_apart", says
+    return Why("rows_apart", says)
 
 
 def _by_color(lost, ball):
@@ -199,22 +215,22 @@ def _by_color(lost, ball):
     # Two names may find it, for each reaches farther than its hues: the nearer one is meant
     best = max(by_color, key=lambda name: (len(by_color[name]), -_beyond(_hue(by_color[name]), name)))
     if best != ball.color and len(by_color[best]) > max(len(images) / 2, len(by_color[ball.color])):
-        return "color_wrong", f"There a ball is seen that is {best}, and recording.json says {ball.color}."
+        return Why("color_wrong", f"There a ball is seen that is {best}, and recording.json says {ball.color}.", best)
     try:
         learned = BallColor.learned([s.sample.pair.left for s in lost], ball.color)
         again = sum(BallDetector(learned, "cone").detect(image) is not None for image in images)
     except StereoLabError:
         again = 0
     if again > len(images) / 2:
-        return "color_too_narrow", f"The name {ball.color} takes in too little of the ball's own colour."
+        return Why("color_too_narrow", f"The name {ball.color} takes in too little of the ball's own colour.")
     colored = np.median([(BallColor.named(ball.color).likeness(image) > 128).mean() for image in images])
     least = np.median([np.pi * 8**2 / image[..., 0].size for image in images])
     if colored > FAR_MORE * least * 10:
-        return "color_too_wide", f"Much else there is {ball.color} as well, {100 * colored:.0f} % of the picture."
+        return Why("color_too_wide", f"Much else there is {ball.color} as well, {100 * colored:.0f} % of the picture.")
     return None
 
 
 def _by_place(lost):
     sides = [side for side in ("left", "right") if sum(getattr(s, side) is None for s in lost) > len(lost) / 2]
     where = "in either picture" if len(sides) == 2 else f"in the {sides[0]} picture" if sides else "in one of them"
-    return "ball_lost", f"It was not found {where}: out of the picture, covered, in shadow or burnt out."
+    return Why("ball_lost", f"It was not found {where}: out of the picture, covered, in shadow or burnt out.")

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stereo_lab.common.files import natural_key
 from stereo_lab.detection import BallColor
 from stereo_lab.doctor.advice import ADVICE
 from stereo_lab.doctor.balls import (
@@ -25,11 +24,11 @@ from stereo_lab.doctor.cameras import Cameras
 from stereo_lab.doctor.findings import COSTS, NOTE, STOPS, Evidence, Finding, listed
 from stereo_lab.doctor.known import MOST, doubt_mm
 from stereo_lab.doctor.numbers import AXES, WRONG_MM, likeliest_table, place, right_lines, slip_of
-from stereo_lab.doctor.partners import exchanged_sets, shifted_pairs, sides_told
+from stereo_lab.doctor.partners import exchanged_sets, shifted_pairs, sides_told, uncrossed_samples
 from stereo_lab.doctor.scales import scale_by_ruler, scales_told, squares_or_table
 from stereo_lab.doctor.since import moved_up_or_down, turned_since
 from stereo_lab.position import kabsch
-from stereo_lab.recording import Recording, Sample
+from stereo_lab.recording import Recording
 
 SETS = "position", "depth", "evaluation"
 UNFIT = 1.5  # in lines' worth a line: half of what they cost if none of them fitted
@@ -48,10 +47,14 @@ class Told:
     ----------
     findings : list of Finding
     mirror : str, "both_mirrored" or "both_upside_down" where the places ask for it, else empty
+    seen : int, in how many pairs both cameras see the ball
+    color : str, the name by which balls are found that were lost by their own; else empty
     """
 
     findings: list[Finding]
     mirror: str = ""
+    seen: int = 0
+    color: str = ""
 
 
 def check_balls(
@@ -65,10 +68,24 @@ def check_balls(
     cameras : Cameras, with a calibration
     clean : float, what a clean recording's error is, mm
     """
+    told = _told_by_name(recording, cameras, clean, progress)
+    if not told.color:
+        return told
+    # By the name that finds them they are judged as they will be once that is mended
+    mended = replace(recording, ball=replace(recording.ball, color=told.color))
+    rest = _told_by_name(mended, cameras, clean, progress)
+    if rest.seen <= told.seen:
+        return told
+    wrong = [f for f in told.findings if f.name == "color_wrong"]
+    return replace(rest, findings=[*wrong, *(f for f in rest.findings if f.name != "color_wrong")])
+
+
+def _told_by_name(recording, cameras, clean, progress):
+    """What the balls tell that are found by the name of their colour."""
     color = BallColor.named(recording.ball.color)
     exchanged = exchanged_sets(recording, color, cameras)
     told = sides_told(recording, exchanged, cameras.swapped)
-    samples = _samples(recording, exchanged, cameras.swapped)
+    samples = uncrossed_samples(recording, SETS, exchanged, cameras.swapped)
     if not samples:
         return Told(told)
     calibration = state_of_balls(cameras.states, list(samples.values()), color, cameras.undo)
@@ -77,51 +94,38 @@ def check_balls(
     apart = {name for finding in shifted for name in finding.files}
     sightings = [s for s in sightings if s.name not in apart]
     seen = [s for s in sightings if s.seen]
-    lost = _lost(sightings, recording)
-    findings = told + lost + ([] if any(one.name == "color_wrong" for one in lost) else _other_name(seen, recording))
+    lost, other = _lost(sightings, recording)
+    so_far = Told(told + lost + ([] if other else _other_name(seen, recording)), "", len(seen), other)
     if len(seen) < FEWEST:
-        return Told(findings)
+        return so_far
     points = places(seen, calibration)
     good = np.isfinite(points).all(1) & (points[:, 2] > 0)
     seen, points = [s for s, g in zip(seen, good, strict=True) if g], points[good]
     if len(seen) < FEWEST:
-        return Told(findings)
+        return so_far
     deep = np.hypot(1, calibration.depth_per_px(points[:, 2]) * np.sqrt(2) * disparity_sigmas(seen))
-    return _numbers(recording, calibration, seen, points, deep, clean, findings, cameras.swapped)
+    findings, mirror = _numbers(recording, calibration, seen, points, deep, clean, so_far.findings, cameras.swapped)
+    return replace(so_far, findings=findings, mirror=mirror)
 
 
-def _samples(recording, exchanged, swapped):
-    """All measured pairs by name, in the order of the pictures, left and right as the cameras stand."""
-    found: dict[str, Sample] = {}
-    for name in SETS:
-        if recording.has_samples(name):
-            for sample in sorted(recording.samples(name), key=lambda s: natural_key(s.pair.left_path)):
-                if sample.pair.right_path is None:
-                    continue
-                if exchanged.get(name, swapped):
-                    pair = sample.pair
-                    sample = replace(sample, pair=replace(pair, left_path=pair.right_path, right_path=pair.left_path))
-                found[f"{name}/{sample.pair.name}"] = sample
-    return found
-
-
-def _lost(sightings: Sequence[Sighting], recording: Recording) -> list[Finding]:
+def _lost(sightings: Sequence[Sighting], recording: Recording) -> tuple[list[Finding], str]:
+    """What is said of balls that were lost, and the other name that finds them."""
     if (moved := moved_up_or_down(sightings)) and moved.severity == STOPS:
-        return [moved]
+        return [moved], ""
     told = [moved] if moved else []
     lost = [s for s in sightings if not s.seen and not (moved and s.name in moved.files)]
     if not lost:
-        return told
+        return told, ""
     files, many = tuple(s.name for s in lost), len(lost) > LOST_PART * len(sightings)
     lost_of, all_of = (Counter(s.set_name for s in some) for some in (lost, sightings))
     bereft = [name for name in SETS if lost_of[name] > all_of[name] / 2]
-    name, why = why_lost(lost, recording.ball if many or bereft else None)
+    why = why_lost(lost, recording.ball if many or bereft else None)
     severity = STOPS if len(sightings) - len(lost) < 3 else COSTS if many or bereft else NOTE
     where = f", in most of the {listed('set', bereft)}" if bereft and not many else ""
-    says = f"The ball was lost in {len(lost)} of {len(sightings)} measured pairs{where}. {why}"
+    says = f"The ball was lost in {len(lost)} of {len(sightings)} measured pairs{where}. {why.says}"
     values = tuple((s.name, float(s.seen)) for s in sightings)
     evidence = Evidence("ball seen by both cameras", values, files)
-    return [*told, Finding(name, says, ADVICE[name], files, None, severity, evidence)]
+    return [*told, Finding(why.name, says, ADVICE[why.name], files, None, severity, evidence)], why.color
 
 
 def _other_name(seen, recording):
@@ -152,13 +156,13 @@ def _numbers(recording, calibration, seen, points, deep, clean, findings, swappe
     findings += scales_told(recording, calibration, by_ball, size_sigma / size, by_ruler, sigma, best)
     belongs = right_lines(best.table, best.placed, deep)
     if _fits_nowhere(best.placed, belongs, clean):
-        return Told([*findings, _unfit(best, seen)], mirror)
+        return [*findings, _unfit(best, seen)], mirror
     if best.name not in ("as_is", "scale"):
         findings.append(_whole_table(best, table, seen))
     if belongs:
         findings.append(_exchanged(best, belongs, seen, points))
     findings += _together(_lines(best, seen, table, points, deep, belongs), [s.name for s in seen])
-    return Told(findings, mirror)
+    return findings, mirror
 
 
 def _seen_how(points, table, deep, best):

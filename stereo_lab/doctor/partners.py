@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from stereo_lab.calibration import StereoCalibration
+from stereo_lab.common.files import natural_key
 from stereo_lab.detection import BallColor, BallDetector, Detection
 from stereo_lab.doctor.advice import ADVICE
 from stereo_lab.doctor.balls import ROW_PX, TRIED, Sighting
@@ -14,7 +16,7 @@ from stereo_lab.doctor.cameras import Cameras
 from stereo_lab.doctor.findings import STOPS, Finding, listed
 from stereo_lab.doctor.suspects import SHIFTS, shift_in_words
 from stereo_lab.errors import StereoLabError
-from stereo_lab.recording import Recording, StereoPair
+from stereo_lab.recording import Recording, Sample, StereoPair
 
 LEAST = 3  # pairs that must tell it
 MOST = 0.7  # of the pairs that are wrong a shift must explain
@@ -83,6 +85,30 @@ def _agreeing(
         size = np.array([pair[0].radius_px for pair in balls]) * np.where(before, depth, np.inf)
         before &= np.abs(np.log(size / np.median(size[before]))) < np.log(ONE_SIZE)
     return before
+
+
+def uncrossed_samples(
+    recording: Recording, sets: Sequence[str], exchanged: dict[str, bool], swapped: bool
+) -> dict[str, Sample]:
+    """All measured pairs of some sets by name, in the order of the pictures, left and right as the cameras stand.
+
+    Parameters
+    ----------
+    recording : Recording
+    sets : names of sets
+    exchanged : as :func:`exchanged_sets` returns it
+    swapped : bool, whether those of the boards are, and so those of sets that do not tell
+    """
+    found: dict[str, Sample] = {}
+    for name in (name for name in sets if recording.has_samples(name)):
+        for sample in sorted(recording.samples(name), key=lambda s: natural_key(s.pair.left_path)):
+            pair = sample.pair
+            if pair.right_path is None:
+                continue
+            if exchanged.get(name, swapped):
+                sample = replace(sample, pair=replace(pair, left_path=pair.right_path, right_path=pair.left_path))
+            found[f"{name}/{pair.name}"] = sample
+    return found
 
 
 def sides_told(recording: Recording, exchanged: dict[str, bool], swapped: bool) -> list[Finding]:
