@@ -592,6 +592,53 @@ def test_squares_many_times_too_large_or_too_small_are_the_one_thing_to_mend(ben
             Localizer.fit(spoilt)
 
 
+def with_squares(recording, folder, times):
+    """A copy, its squares told as so many times longer."""
+    spoilt = spoil(recording, folder, [])
+    facts = json.loads((folder / "recording.json").read_text())
+    facts["board"]["square_mm"] *= times
+    (folder / "recording.json").write_text(json.dumps(facts))
+    return open_recording(spoilt.path)
+
+
+@pytest.mark.parametrize("times", [0.98, 1.04])
+def test_squares_that_are_a_little_wrong_cost_what_the_fit_leaves_of_them(third_rig, tmp_path, times):
+    """The localizer fits a scale: by the cameras alone a ball is centimetres off, on the bench hardly."""
+    wrong = with_squares(third_rig, tmp_path / "wrong", times)
+    (finding,) = check_recording(wrong).findings
+    alone = 100 * abs(1 - times)  # a square that is told too short makes all distances too short by as much
+    assert finding.name == "square_scale" and "as long as it stands on these balls" in finding.says
+    assert float(re.search(r"distances are ([\d.]+) % wrong", finding.says)[1]) == pytest.approx(alone, abs=0.3)
+    fits = [Localizer.fit(recording) for recording in (wrong, third_rig)]
+    balls = [s.pair for s in third_rig.samples("evaluation")][::3]
+    found = [[fit.locate(pair.left, pair.right) for pair in balls] for fit in fits]
+    places = np.array([[(p.x_mm, p.y_mm, p.depth_mm) for p in some] for some in found])
+    off = np.percentile(np.linalg.norm(places[0] - places[1], axis=1), 95)
+    assert 0.1 < off < 2 * finding.does_mm and finding.does_mm < 5
+
+
+@pytest.mark.parametrize("times", [0.1, 0.78])
+def test_squares_by_which_no_ball_is_found_stop_everything(third_rig, tmp_path, times):
+    wrong = with_squares(third_rig, tmp_path / "wrong", times)
+    finding = check_recording(wrong).findings[0]
+    assert finding.name == ("square_unit" if times == 0.1 else "square_scale")
+    assert finding.severity == STOPS and finding.does_mm is None and "found in 0 of 14 measured pairs" in finding.says
+    with pytest.raises(StereoLabError, match="found in 0 of 14"):
+        Localizer.fit(wrong)
+
+
+def test_wrong_squares_are_told_whole_where_no_fit_takes_them_out(third_rig, tmp_path):
+    """With the set alone that judges there is nothing to fit on."""
+    mine = whole(third_rig, tmp_path / "mine")
+    for name in ("position", "depth"):
+        shutil.rmtree(mine.path / name)
+    facts = json.loads((mine.path / "recording.json").read_text())
+    facts["board"]["square_mm"] *= 0.96
+    (mine.path / "recording.json").write_text(json.dumps(facts))
+    finding = next(f for f in check_recording(open_recording(mine.path)).findings if f.name == "square_scale")
+    assert finding.severity == COSTS and finding.does_mm > 30 and "the fit" not in finding.says
+
+
 def test_pictures_without_a_line_are_named(third_rig, tmp_path):
     spoilt = spoil(third_rig, tmp_path / "mine", [])
     table = spoilt.path / "depth" / "measured.csv"
@@ -612,7 +659,8 @@ def test_a_ball_and_tables_in_another_unit_are_not_the_squares_fault(third_rig, 
     facts["ball"]["diameter_mm"] /= factor
     path.write_text(json.dumps(facts))
     finding = check_recording(open_recording(spoilt.path)).findings[0]
-    assert finding.name == "unit" and finding.says.endswith(f"they are in {unit}.") and "diameter_mm" in finding.advice
+    assert finding.name == "unit" and f"they are in {unit}. " in finding.says and "diameter_mm" in finding.advice
+    assert finding.severity == STOPS and "found in 0 of 14 measured pairs" in finding.says  # by its size
 
 
 def test_one_cameras_pictures_on_both_sides_are_called_that(bench, tmp_path):

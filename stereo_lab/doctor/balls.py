@@ -19,6 +19,7 @@ from stereo_lab.recording import Ball, Sample
 
 ROW_PX = 4.0  # two balls on rows farther apart are not one
 TRIED = 5  # pictures in which other colours are looked for
+LOST_PART = 0.2  # of the balls; fewer are a note
 FAR_MORE = 3.0  # times the ball's own pixels: so much else of its colour hides it
 
 
@@ -97,6 +98,18 @@ def look_for_balls(
     return sightings
 
 
+def found_by_size(
+    sightings: Sequence[Sighting], ball: Ball, calibration: StereoCalibration, undo: tuple[str, str]
+) -> np.ndarray:
+    """Which balls the localizer finds, which asks for their size as well, shape (N,)."""
+    detectors = [BallDetector(ball.color, "cone", calibration.camera(side)) for side in ("left", "right")]
+    pairs = (
+        [_undone(i, how) for i, how in zip((s.sample.pair.left, s.sample.pair.right), undo, strict=True)]
+        for s in sightings
+    )
+    return np.array([find_pair(calibration, detectors, ball.diameter_mm, *pair) is not None for pair in pairs], bool)
+
+
 def _undone(image, how):
     """A picture as it should be: flipped where the camera showed a mirror image."""
     return np.ascontiguousarray(image[:, ::-1]) if how == "mirror" else image
@@ -124,10 +137,16 @@ def places(sightings: Sequence[Sighting], calibration: StereoCalibration, aside_
     return calibration.triangulate(calibration.rectify_points(left, "left"), moved)
 
 
+def center_sigmas(sightings: Sequence[Sighting]) -> np.ndarray:
+    """Standard deviations of the centres of balls that both cameras see, left and right, shape (N, 2), px."""
+    return np.array([
+        [max(getattr(s, side).sigma_px or 0.0, CENTER_PX) for side in ("left", "right")] for s in sightings
+    ])  # fmt: skip
+
+
 def disparity_sigmas(sightings: Sequence[Sighting]) -> np.ndarray:
-    """Standard deviations of the disparities of balls that both cameras see, shape (N,), px."""
-    each = [[max(getattr(s, side).sigma_px or 0.0, CENTER_PX) for side in ("left", "right")] for s in sightings]
-    return np.linalg.norm(each, axis=1)
+    """Standard deviations of their disparities, shape (N,), px."""
+    return np.linalg.norm(center_sigmas(sightings), axis=1)
 
 
 def size_of_ball(

@@ -11,6 +11,7 @@ import numpy as np
 from stereo_lab.detection import BallColor
 from stereo_lab.doctor.advice import ADVICE
 from stereo_lab.doctor.balls import (
+    LOST_PART,
     Sighting,
     disparity_sigmas,
     look_for_balls,
@@ -20,6 +21,7 @@ from stereo_lab.doctor.balls import (
     state_of_balls,
     why_lost,
 )
+from stereo_lab.doctor.bench import weighed_on_bench
 from stereo_lab.doctor.cameras import Cameras
 from stereo_lab.doctor.findings import COSTS, NOTE, STOPS, Evidence, Finding, listed
 from stereo_lab.doctor.known import MOST, doubt_mm
@@ -33,7 +35,6 @@ from stereo_lab.recording import Recording
 SETS = "position", "depth", "evaluation"
 UNFIT = 1.5  # in lines' worth a line: half of what they cost if none of them fitted
 FEWEST = 5  # balls from which a table can be judged
-LOST_PART = 0.2  # of the balls; fewer are a note
 LEAST_RUN = 3  # places that are off one after the other
 FAR_OFF = 4.0  # robust sigmas of all lines, beyond which a line is wrong; three times the ruler at least
 TURNED = {"": [1, 1, 1], "both_mirrored": [-1, 1, 1], "both_upside_down": [-1, -1, 1]}  # how places are turned by that
@@ -104,7 +105,7 @@ def _told_by_name(recording, cameras, clean, progress):
     if len(seen) < FEWEST:
         return so_far
     deep = np.hypot(1, calibration.depth_per_px(points[:, 2]) * np.sqrt(2) * disparity_sigmas(seen))
-    findings, mirror = _numbers(recording, calibration, seen, points, deep, clean, so_far.findings, cameras.swapped)
+    findings, mirror = _numbers(recording, calibration, cameras, seen, points, deep, clean, so_far.findings)
     return replace(so_far, findings=findings, mirror=mirror)
 
 
@@ -136,11 +137,11 @@ def _other_name(seen, recording):
     return [Finding("color_wrong", says, ADVICE["color_wrong"])]
 
 
-def _numbers(recording, calibration, seen, points, deep, clean, findings, swapped):
+def _numbers(recording, calibration, cameras, seen, points, deep, clean, findings):
     table = np.array([[m.x_mm, m.y_mm, m.depth_mm] for m in (s.sample.measured for s in seen)])
     sets = [s.set_name for s in seen]
     best, mirror = likeliest_table(points, table, deep, sets), ""
-    if swapped and (mirror := _seen_how(points, table, deep, best)):
+    if cameras.swapped and (mirror := _seen_how(points, table, deep, best)):
         points = points * TURNED[mirror]
         best = likeliest_table(points, table, deep, sets)
     size, size_sigma = size_of_ball(seen, points, calibration)
@@ -153,7 +154,9 @@ def _numbers(recording, calibration, seen, points, deep, clean, findings, swappe
         by_ball = recording.ball.diameter_mm / size
     doubt = max(clean, doubt_mm(calibration))  # with what its boards lack
     by_ruler, sigma = scale_by_ruler(points, best, deep, doubt / 2 / calibration.depth_mm)
-    findings += scales_told(recording, calibration, by_ball, size_sigma / size, by_ruler, sigma, best)
+    told = scales_told(recording, calibration, by_ball, size_sigma / size, by_ruler, sigma, best)
+    measured = recording, calibration, seen, points, best.table, by_ruler, cameras.undo
+    findings += [weighed_on_bench(f, *measured) if f.does_mm else f for f in told]  # a diameter costs no mm
     belongs = right_lines(best.table, best.placed, deep)
     if _fits_nowhere(best.placed, belongs, clean):
         return [*findings, _unfit(best, seen)], mirror
