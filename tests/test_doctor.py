@@ -602,7 +602,7 @@ def with_squares(recording, folder, times):
 
 
 @pytest.mark.parametrize("times", [0.98, 1.04])
-def test_squares_that_are_a_little_wrong_cost_what_the_fit_leaves_of_them(third_rig, tmp_path, times):
+def test_of_squares_that_are_a_little_wrong_it_is_said_what_the_fit_makes_of_them(third_rig, tmp_path, times):
     """The localizer fits a scale: by the cameras alone a ball is centimetres off, on the bench hardly."""
     wrong = with_squares(third_rig, tmp_path / "wrong", times)
     (finding,) = check_recording(wrong).findings
@@ -614,7 +614,9 @@ def test_squares_that_are_a_little_wrong_cost_what_the_fit_leaves_of_them(third_
     found = [[fit.locate(pair.left, pair.right) for pair in balls] for fit in fits]
     places = np.array([[(p.x_mm, p.y_mm, p.depth_mm) for p in some] for some in found])
     off = np.percentile(np.linalg.norm(places[0] - places[1], axis=1), 95)
-    assert 0.1 < off < 2 * finding.does_mm and finding.does_mm < 5
+    depth_mm = calibrate_recording(third_rig).depth_mm
+    assert finding.severity == COSTS and finding.does_mm == pytest.approx(alone / 100 * depth_mm, abs=0.004 * depth_mm)
+    assert 0.1 < off < finding.does_mm / 4
 
 
 @pytest.mark.parametrize("times", [0.1, 0.78])

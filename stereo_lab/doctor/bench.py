@@ -1,4 +1,4 @@
-"""What wrong lengths cost on the bench: the localizer finds a ball by its size too, and fits turn, shift and scale to what is measured."""
+"""What wrong lengths do on the bench: the localizer finds a ball by its size too, and fits turn, shift and scale to what is measured."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.doctor.balls import LOST_PART, Sighting, center_sigmas, found_by_size
 from stereo_lab.doctor.findings import COSTS, STOPS, Finding
-from stereo_lab.doctor.known import MOST, TWO_SIGMA
+from stereo_lab.doctor.known import MOST
 from stereo_lab.errors import StereoLabError
 from stereo_lab.localization.doubt import RULER_SIGMA_MM, fit_bench, pixel_sigma
 from stereo_lab.recording import Recording
@@ -22,7 +22,7 @@ LEAST = 3  # balls that a fit needs
 ROUNDED = 0.1  # of a distance: more is told to a whole per cent
 
 
-def weighed_on_bench(
+def told_on_bench(
     finding: Finding,
     recording: Recording,
     calibration: StereoCalibration,
@@ -32,7 +32,10 @@ def weighed_on_bench(
     times: float,
     undo: tuple[str, str],
 ) -> Finding:
-    """A finding of wrong lengths, weighed by what is left of them where the localizer has fitted, and not by the cameras alone.
+    """A finding of wrong lengths, with what the localizer makes of them.
+
+    It stops everything where no ball is found by its size. What the fit takes out is said, and no comfort: the
+    cameras' own distances stay wrong, and so does every place that other balls tell.
 
     Parameters
     ----------
@@ -59,18 +62,18 @@ def weighed_on_bench(
 
 
 def _squares(finding, depth_mm, left_mm):
-    """What wrong squares cost: the cameras alone, and on the bench."""
+    """What wrong squares do: to the cameras alone, and on the bench."""
     alone_mm = finding.does_mm
     part = alone_mm / depth_mm
     percent = f"{100 * part:.{0 if part > ROUNDED else 1}f} %"
     says = f"{finding.says} By the cameras alone distances are {percent} wrong, {told_mm(alone_mm)} mm at {depth_mm / 1000:.1f} m"
     if left_mm < alone_mm / 2:
         says += "; on the bench the fit takes that out, as long as it stands on these balls"
-    return replace(finding, says=f"{says}.", does_mm=min(left_mm, alone_mm))
+    return replace(finding, says=f"{says}.")
 
 
 def _left_mm(points, sigma, table, times, fitted):
-    """How far off places are after the fit, 95 % of them: against one with the right lengths, and by what it leaves in doubt of the scale.
+    """How far off places are after the fit, 95 % of them, against one with the right lengths.
 
     Infinite where there is no fit.
     """
@@ -80,6 +83,4 @@ def _left_mm(points, sigma, table, times, fitted):
         wanted = fit_bench(right[fitted], bench, np.hypot(times * sigma, RULER_SIGMA_MM)[fitted])
     except StereoLabError:  # too few balls, or all on one line
         return np.inf
-    off = np.linalg.norm(fit.predict(points) - wanted.predict(right), axis=1)
-    away = np.linalg.norm(points - points[fitted].mean(0), axis=1)
-    return float(np.percentile(np.hypot(off, TWO_SIGMA * fit.scale_sigma * away), MOST))
+    return float(np.percentile(np.linalg.norm(fit.predict(points) - wanted.predict(right), axis=1), MOST))

@@ -21,7 +21,7 @@ from stereo_lab.doctor.balls import (
     state_of_balls,
     why_lost,
 )
-from stereo_lab.doctor.bench import weighed_on_bench
+from stereo_lab.doctor.bench import told_on_bench
 from stereo_lab.doctor.cameras import Cameras
 from stereo_lab.doctor.findings import COSTS, NOTE, STOPS, Evidence, Finding, listed
 from stereo_lab.doctor.known import MOST, doubt_mm
@@ -156,7 +156,7 @@ def _numbers(recording, calibration, cameras, seen, points, deep, clean, finding
     by_ruler, sigma = scale_by_ruler(points, best, deep, doubt / 2 / calibration.depth_mm)
     told = scales_told(recording, calibration, by_ball, size_sigma / size, by_ruler, sigma, best)
     measured = recording, calibration, seen, points, best.table, by_ruler, cameras.undo
-    findings += [weighed_on_bench(f, *measured) if f.does_mm else f for f in told]  # a diameter costs no mm
+    findings += [told_on_bench(f, *measured) if f.does_mm else f for f in told]  # a diameter costs no mm
     belongs = right_lines(best.table, best.placed, deep)
     if _fits_nowhere(best.placed, belongs, clean):
         return [*findings, _unfit(best, seen)], mirror
