@@ -67,7 +67,7 @@ def check_different(different: Sequence[View], found: int) -> None:
         raise CalibrationError(
             f"The board stands in {len(different)} different places in {found} pairs; at least {FEWEST} are needed, and 15 to 25 are good. "
             "Between two pictures, move it to another part of the picture, turn it, and tilt it to another side.",
-            fault="too_few_pairs",
+            fault="one_place",
         )
 
 

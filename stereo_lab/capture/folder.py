@@ -45,7 +45,7 @@ class Folder:
     """
 
     def __init__(self, path: str | Path, size: tuple[int, int], board: Board, ball: Ball) -> None:
-        self.path, self.size = Path(path), size
+        self.path, self.size, self.ball = Path(path), size, ball
         self._check_what_is_there(board)
         self._locked = False
         self._lock()

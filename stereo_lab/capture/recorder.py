@@ -15,6 +15,7 @@ from stereo_lab.capture.glance import Glance, glance
 from stereo_lab.errors import StereoLabError
 from stereo_lab.live.sources import Frame
 from stereo_lab.recording import Board
+from stereo_lab.recording.bounds import place_mm
 
 HOLD_S = 0.4  # so long a board must be still
 STILL = 0.012  # of the picture's width a second: a pixel in 0.13 s, at 640
@@ -22,6 +23,7 @@ EDGE_PX, SHARPER = 2.0, 1.3  # edges wider than this, or than so many times the 
 GLARE = 0.3  # part of the white squares that may be burnt out
 FIRST, AGAIN = 10, 4  # pairs after which it calibrates, and pairs more until it does so again
 NONE_S, FEW = 5.0, 3  # so long without a board, while so few pairs are taken, and another one is looked for
+NEAREST = 2  # diameters before the cameras a ball would fill half of a usual webcam's picture: no depth in mm is less
 SIDES = "left", "right"
 
 
@@ -176,7 +178,18 @@ class Recorder:
             self._asked = self._working.submit(calibrate_stereo, self._pairs(), self.board)
 
     def take_sample(self, frame: Frame, set_name: str, place: tuple[float, float, float], use: str = "") -> str:
-        """Keep a pair with the ball at a measured place, (x, y, depth) in mm; returns its name."""
+        """Keep a pair with the ball at a measured place, (x, y, depth) in mm; returns its name.
+
+        Raises
+        ------
+        StereoLabError
+            As :meth:`Folder.add_sample`, and if no ball can be so near.
+        """
+        depth_mm, least_mm = place_mm(place[2], f"{set_name}, depth_mm"), NEAREST * self.folder.ball.diameter_mm
+        if 0 < depth_mm < least_mm:
+            raise StereoLabError(
+                f"A depth of {depth_mm:g} mm is nearer than two diameters of the ball ({least_mm:g} mm): are these millimetres?"
+            )
         return self.folder.add_sample(set_name, frame.left, frame.right, place, use)
 
     def close(self) -> None:

@@ -65,8 +65,12 @@ def depth_samples(disparity_px_N: ArrayLike, depth_mm_N: ArrayLike) -> Panel:
         span, said = np.linspace(0.9 * d.min(), 1.1 * d.max(), 120), []
         for model, color, name in ((PaperDepth, BLUE, "Eq. 4"), (OffsetDepth, VERMILION, "a/(d-d0)+c")):
             fit = model.fit(d[chosen], depth[chosen])
-            line = np.array([to_px(a, b) for a, b in zip(span, fit.predict(span), strict=True)])
-            dashed = line.reshape(-1, 2, 2) if model is OffsetDepth else np.stack([line[:-1], line[1:]], 1)
+            told = fit.predict(span)
+            ahead = np.isfinite(told)  # at d0 and below it tells nothing
+            line = np.array([to_px(a, b) for a, b in zip(span[ahead], told[ahead], strict=True)])
+            dashed = (
+                line[len(line) % 2 :].reshape(-1, 2, 2) if model is OffsetDepth else np.stack([line[:-1], line[1:]], 1)
+            )
             cv2.polylines(view, list(np.clip(dashed, -5000, 5000)), False, color, 2, cv2.LINE_AA)
             rest = np.abs(fit.predict(d[~chosen]) - depth[~chosen])
             said.append(f"{name}: {rest.mean():.0f} mm off" if len(rest) else f"{name}: nothing left to check")

@@ -42,7 +42,6 @@ SHADE = 0.55  # how strongly cells are shaded in which no board was yet
 SETS = "position", "depth"
 GAP_PX = 8  # between the two pictures
 WRAPPED = {"flex_flow": "row wrap"}
-NEAREST = 2  # diameters before the cameras a ball would fill half of a usual webcam's picture: no depth in mm is less
 READ_S = 3.0  # so long what happens once stays in words, before the wishes for the next picture
 
 
@@ -146,12 +145,6 @@ class RecorderPanel(Running):
                 "Measure first where the ball is, and type in x, y and depth, which is above zero. Nothing was taken."
             )
             return
-        if place[2] < (least := NEAREST * self._ball.diameter_mm):
-            self._tell(
-                f"A depth of {place[2]:g} mm is nearer than two diameters of the ball ({least:g} mm): are these millimetres? "
-                "Nothing was taken."
-            )
-            return
         if self._taken == (set_name, place):
             self._tell("There the ball was taken just now. Move it, and measure anew. Nothing was taken.")
             return
@@ -160,7 +153,7 @@ class RecorderPanel(Running):
             self._taken = set_name, place
             self._tell(f"Taken: {set_name}/{name} at x {place[0]:g}, y {place[1]:g}, depth {place[2]:g} mm.")
         except StereoLabError as error:
-            self._tell(str(error))
+            self._tell(f"{error} Nothing was taken.")
 
 
 def recorder_panel(
