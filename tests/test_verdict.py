@@ -12,7 +12,7 @@ from stereo_lab.calibration.advice import depth_map
 from stereo_lab.calibration.verdict import verdict_on
 from stereo_lab.calibration.views import View
 from stereo_lab.errors import CalibrationError, SwappedSidesError
-from stereo_lab.recording import StereoPair
+from stereo_lab.recording import Board, StereoPair
 from stereo_lab.recording.bounds import unit_asked
 
 SIZE = (640, 480)
@@ -266,3 +266,25 @@ def test_every_unit_that_squares_may_be_in_is_asked_after():
         "Is square_mm in centimetres or inches? Then it is 25 or 63.5 mm, and they stand 60 or 152 mm apart."
     )
     assert unit_asked(60, 25) == ""
+
+
+def test_what_is_no_picture_no_side_and_no_board_is_told(case, calibrate):
+    found = calibrate(case[2])
+    with pytest.raises(CalibrationError, match="was its file found"):
+        found.rectify(None, None)
+    with pytest.raises(CalibrationError, match="uint8; got .480, 640. and int64"):
+        found.rectify(*[np.zeros((480, 640), np.int64)] * 2)
+    for ask in (
+        found.camera,
+        lambda side: found.boards_at([[1, 2]], side),
+        lambda side: found.rectify_points([[1, 2]], side),
+    ):
+        with pytest.raises(CalibrationError, match='"left" or "right"; got .middle.'):
+            ask("middle")
+    with pytest.raises(CalibrationError, match="these are no numbers"):
+        found.boards_at("here", "left")
+    names = [view.name for view in case[2]]
+    with pytest.raises(CalibrationError, match=r"corners of a board with 7x5 .*shape .35, 2.; 000 has .54, 2. and .54, 2."):
+        recipe.calibrate_views(case[2], Board(7, 5, 25.0), SIZE, names)
+    with pytest.raises(CalibrationError, match="in 0 different places in 0 pairs"):
+        recipe.calibrate_views([], BOARD, SIZE, [])

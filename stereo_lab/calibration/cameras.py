@@ -17,6 +17,8 @@ from stereo_lab.calibration.saved import ARRAYS, read_saved
 from stereo_lab.common.files import write_json
 from stereo_lab.errors import CalibrationError
 
+REMAPPED = "uint8", "uint16", "int16", "float32", "float64"  # types of pictures that cv2.remap takes
+
 
 def as_points(points: ArrayLike, numbers: int) -> np.ndarray:
     """Points of so many numbers each, shape (N, numbers); one point alone counts as a row.
@@ -141,6 +143,7 @@ class StereoCalibration:
 
     def camera(self, side: str) -> tuple[np.ndarray, np.ndarray]:
         """Matrix (3, 3) and distortion of one camera, ``side`` "left" or "right"."""
+        _check_side(side)
         return getattr(self, f"{side}_matrix"), getattr(self, f"{side}_distortion")
 
     def rectify(self, left: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -166,8 +169,12 @@ class StereoCalibration:
         return cv2.remap(image, *self._maps[side], cv2.INTER_LINEAR)
 
     def check_size(self, image: np.ndarray) -> None:
-        """Raise CalibrationError if ``image`` is not of the calibrated size."""
-        size = image.shape[1::-1]
+        """Raise CalibrationError if ``image`` is no picture, or not of the calibrated size."""
+        shape, kind = np.shape(image), str(getattr(image, "dtype", type(image).__name__))
+        if len(shape) not in (2, 3) or kind not in REMAPPED:
+            got = f"got {shape} and {kind}" if shape else "there is none; was its file found?"
+            raise CalibrationError(f"Expected a picture of shape (height, width, 3) and type uint8; {got}.")
+        size = shape[1::-1]
         if size != tuple(self.image_size):
             raise CalibrationError(
                 f"This calibration is for pictures of {self.image_size[0]}x{self.image_size[1]} pixels; "
@@ -175,8 +182,7 @@ class StereoCalibration:
             )
 
     def _rectified(self, side):
-        if side not in self.rectified:
-            raise CalibrationError(f'Expected the side "left" or "right"; got {side!r}.')
+        _check_side(side)
         return self.rectified[side]
 
     def rectify_points(self, points_Nx2: ArrayLike, side: str) -> np.ndarray:
@@ -279,7 +285,8 @@ class StereoCalibration:
 
     def boards_at(self, points_Nx2: ArrayLike, side: str) -> np.ndarray:
         """How many of the boards used covered raw pixels of one camera: shape (N,) of int."""
-        points = np.asarray(points_Nx2, np.float32).reshape(-1, 2)
+        _check_side(side)
+        points = as_points(points_Nx2, 2).astype(np.float32)
         boards = [
             b.astype(np.float32) for b in self.outlines[:, ("left", "right").index(side)] if not np.isnan(b).any()
         ]
@@ -341,6 +348,11 @@ class StereoCalibration:
             If the file is no calibration, or something in it cannot be used.
         """
         return cls(**read_saved(path))
+
+
+def _check_side(side):
+    if side not in ("left", "right"):
+        raise CalibrationError(f'Expected the side "left" or "right"; got {side!r}.')
 
 
 def _or_none(number):

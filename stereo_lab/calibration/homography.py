@@ -50,9 +50,8 @@ def find_homography(board_Nx2: ArrayLike, pixels_Nx2: ArrayLike) -> np.ndarray:
     values, directions = np.linalg.svd(np.array(rows))[1:]
     solution = directions[-1].reshape(3, 3)
     flat = np.linalg.svd(solution, compute_uv=False)
-    if (
-        values[7] <= TOO_LITTLE * values[0] or flat[2] <= TOO_LITTLE * flat[0]
-    ):  # a second one fits as well, or it has no inverse
+    # A second one fits as well, or it has no inverse
+    if values[7] <= TOO_LITTLE * values[0] or flat[2] <= TOO_LITTLE * flat[0]:
         raise StereoLabError("All points but one lie on one line, or on one another: take four of which no three do.")
     homography = np.linalg.inv(to_pixels) @ solution @ to_board
     return homography / homography[2, 2]

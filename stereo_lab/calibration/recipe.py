@@ -12,6 +12,7 @@ from stereo_lab.calibration.bundle import Rig, matrices
 from stereo_lab.calibration.cameras import StereoCalibration
 from stereo_lab.calibration.heldout import errors_on_unseen, pair_errors
 from stereo_lab.calibration.refusals import (
+    check_corners,
     check_different,
     check_enough,
     check_focal,
@@ -82,6 +83,7 @@ def calibrate_views(
     CalibrationError
         As :func:`calibrate_stereo`.
     """
+    check_corners(views, board)
     both = [view for view in views if view.seen_by_both]
     check_two_cameras(both)
     check_spread(both, size)

@@ -37,6 +37,16 @@ def check_enough(found: Sequence[View], pairs: Sequence[StereoPair], board: Boar
     )
 
 
+def check_corners(views: Sequence[View], board: Board) -> None:
+    """Refuse corners of another board."""
+    expected = len(board.corners_mm), 2
+    for view in views:
+        if np.shape(view.left) != expected or np.shape(view.right) != expected:
+            raise CalibrationError(
+                f"Expected the corners of a {board} in each picture, shape {expected}; {view.name} has {np.shape(view.left)} and {np.shape(view.right)}."
+            )
+
+
 def check_two_cameras(views: Sequence[View]) -> None:
     """Refuse one camera's pictures on both sides: of two cameras half of all corners never lie at one place in both."""
     apart = np.array([np.linalg.norm(view.left - view.right, axis=1) for view in views])
@@ -51,7 +61,7 @@ def check_two_cameras(views: Sequence[View]) -> None:
 
 def check_spread(views: Sequence[View], size: tuple[int, int]) -> None:
     """Refuse a board that never moves: it tells one view of itself, however many pictures there are."""
-    for seen in ("left", "right"):
+    for seen in ("left", "right") if views else ():
         corners = np.array([getattr(view, seen) for view in views])
         if np.ma.masked_invalid(corners).std(axis=0).mean() < STILL * size[0]:
             raise CalibrationError(

@@ -9,7 +9,7 @@ import numpy as np
 
 from stereo_lab.calibration import StereoCalibration, calibrate_views, depth_map, where_to_hold
 from stereo_lab.calibration.bundle import matrices
-from stereo_lab.calibration.refusals import check_two_cameras
+from stereo_lab.calibration.refusals import check_two_cameras, rolled_deg
 from stereo_lab.calibration.solver import robust_sigma
 from stereo_lab.doctor.advice import ADVICE
 from stereo_lab.doctor.boards import Boards, camera_alone
@@ -118,8 +118,7 @@ def _upside_down(mends, together):
         undo = ("mirror", "") if mirror.side == "left" else ("", "mirror")
     if together is None:
         return mends, undo, None
-    rotation = together.solution.rig.rotation
-    roll = np.degrees(np.arctan2(rotation[1, 0] - rotation[0, 1], rotation[0, 0] + rotation[1, 1]))
+    roll = rolled_deg(together.solution.rig.rotation)
     if abs(roll) > 135:
         rest = [m for m in mends if not (m.name == "reversed_order" and len(m.pairs) == len(m.boards.names))]
         says = "One camera stands on its head: its pictures are turned by half a turn against the other's."
