@@ -111,7 +111,7 @@ def test_copies_make_no_calibration_surer(case, calibrate):
         for k, v in enumerate(views * 3)
     ]
     once, often = calibrate(views), calibrate([*views, *again])
-    assert set(often.used) == {view.name for view in views} or len(often.used) == 6
+    assert len(often.used) == 6  # of each place one, whichever
     assert len(often.dropped) == 18 and all("tells nothing new" in why for _, why in often.dropped)
     assert not any("had to be dropped" in reason for reason in often.reasons)
     for place in ([[0, 0, 1000.0]], [[150, -80, 1400.0]]):
