@@ -9,6 +9,7 @@ import numpy as np
 from stereo_lab.calibration.advice import depth_map, where_to_hold
 from stereo_lab.calibration.cameras import StereoCalibration
 from stereo_lab.calibration.refusals import pixels_of
+from stereo_lab.calibration.saved import GRADES
 from stereo_lab.calibration.views import NOTHING_NEW
 from stereo_lab.recording import Board
 from stereo_lab.recording.bounds import PLAUSIBLE_BASELINE_MM, SQUARES_MM, told_mm, unit_asked
@@ -17,11 +18,8 @@ GOOD = 0.005  # of the distance: sigma of depth in nine tenths of the field,
 USABLE = 0.01  # or in half of it
 MISFIT = 3.0  # boards that differ so much more than their corners explain are not of one rig;
 FEW = 8  # of fewer none can tell
-ROUGH_PX = (
-    1.0  # corners that miss so far are blurred, or the lens is of another kind; in larger pictures by as much more
-)
+ROUGH_PX = 1.0  # corners that miss so far are blurred, or the lens is another; in larger pictures by more
 POSSIBLE_BASELINE_MM = (20.0, 1500.0)
-GRADES = ("good", "usable", "poor")
 
 
 def verdict_on(calibration: StereoCalibration, board: Board) -> tuple[str, tuple[str, ...]]:
