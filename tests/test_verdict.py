@@ -284,7 +284,9 @@ def test_what_is_no_picture_no_side_and_no_board_is_told(case, calibrate):
     with pytest.raises(CalibrationError, match="these are no numbers"):
         found.boards_at("here", "left")
     names = [view.name for view in case[2]]
-    with pytest.raises(CalibrationError, match=r"corners of a board with 7x5 .*shape .35, 2.; 000 has .54, 2. and .54, 2."):
+    with pytest.raises(
+        CalibrationError, match=r"corners of a board with 7x5 .*shape .35, 2.; 000 has .54, 2. and .54, 2."
+    ):
         recipe.calibrate_views(case[2], Board(7, 5, 25.0), SIZE, names)
     with pytest.raises(CalibrationError, match="in 0 different places in 0 pairs"):
         recipe.calibrate_views([], BOARD, SIZE, [])
