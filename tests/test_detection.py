@@ -61,6 +61,17 @@ def test_cone_finds_the_centre_of_a_drawn_ball(center):
     assert found.radius_px == pytest.approx(radius, rel=0.03)
 
 
+@pytest.mark.parametrize("depth_mm", [800, 1000])
+def test_a_soft_ball_is_looked_at_until_the_look_reaches_past_its_edge(depth_mm):
+    """Its colour is sure only well inside, so that the first look is at too small a circle and cuts the edge off."""
+    rng, off = np.random.default_rng(1), []
+    for _ in range(8):
+        image, pixel = draw_ball((*rng.uniform(-100, 100, 2), depth_mm), scale=4)
+        found = BallDetector("red", "cone", CAMERA).detect(cv2.GaussianBlur(image, (0, 0), 2.5))
+        off.append(math.dist(found.center_px, pixel))
+    assert np.mean(off) < 0.11
+
+
 def test_near_gives_the_same_as_a_whole_search():
     image, _ = draw_ball((40, 30, 900))
     detector = BallDetector("red", "cone", CAMERA)

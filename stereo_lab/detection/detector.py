@@ -26,7 +26,7 @@ GLANCE_STEP, LONG_STEP = 1.5, 2.2  # not every pixel is looked at: so many in th
 GLANCES, BEST_VOTED = 6, 8  # patches that get a first look; circles with the most votes, whatever colour is round them
 SMALLER, SAME_STEP = 0.2, 0.5  # a cone is smaller than its patch by this part at most, and half a step of the glance
 WIDE, NARROW, SMEARED = 0.45, 0.3, 0.75  # how far from the outline a look reaches, in radii
-STEADY, MOVED = 0.75, 0.3  # less of the rim on the cone: a wider look follows; so many radii from the circle: another
+STEADY, MOVED = 0.75, 0.6  # less of the rim on the cone: a wider look; moved by more of its reach: soft edges were cut
 UNSURE = 0.01  # of the radius: a centre told less surely is looked for again; on plain grounds it is told to 0.003
 WORSE = 1.5  # but if it is told so many times less surely then, the first look was the better one
 # On a larger ball places lie too far apart: one more look, so many px to both sides, but not at a smear
@@ -228,7 +228,7 @@ class BallDetector:
             better = wider is not None and wider.on > cone.on
             return wider._replace(smeared=wider.on >= STEADY) if better else cone
         moved = _apart(cone.circle, circle)
-        return cone if moved < MOVED * cone.outline_px else self._settle(image, cone.circle, (NARROW,), edge) or cone
+        return cone if moved < MOVED * cone.look.band else self._settle(image, cone.circle, (NARROW,), edge) or cone
 
     def _measure(self, image, circle):
         """A long look: where the colour ends, which marbling and shade do not disturb; from there, the light's edge."""
