@@ -183,7 +183,9 @@ def _what_shuts(folder):
     for shut_by in (BUBBLEWRAP, NAMESPACE):
         words = Room(folder, shut_by)._shut(None) if sys.platform == "linux" else []
         if words and shutil.which(words[0]):
-            done = subprocess.run([*words, sys.executable, "-c", ""], capture_output=True)
+            done = subprocess.run(
+                [*words, sys.executable, "-c", "import cv2"], capture_output=True
+            )  # a package as well
             if done.returncode == 0:
                 return shut_by
     return NOTHING
@@ -197,7 +199,8 @@ def _system():
     ]
     names = ("usr", "bin", "sbin", "lib", "lib32", "lib64", "nix", "etc/fonts", "etc/ld.so.cache", "etc/alternatives")
     found = [path for path in (Path("/") / name for name in names) if path.exists()]
-    found += [path for path in sorted(homes) if not any(other in (path, *path.parents) for other in found)]
+    homes += [path.resolve() for path in homes if path.is_symlink()]  # such a link leads to a folder of somebody's
+    found += [path for path in sorted(set(homes)) if not any(other in (path, *path.parents) for other in found)]
     return [path for k, path in enumerate(found) if not any(other in path.parents for other in found[:k])]
 
 
