@@ -533,6 +533,14 @@ def test_the_command_records_from_what_opencv_opens(films, third_rig, tmp_path, 
     )
 
 
+def test_cameras_of_another_size_begin_no_folder(films, tmp_path, capsys):
+    words = ["record", str(tmp_path / "mine"), "--left", films[0], "--right", films[1], "--size", "320x240"]
+    assert cli.main(words) == 2
+    said = capsys.readouterr().err
+    assert "of 640x480 instead of 320x240. Ask for that size, as with record --size 640x480" in said
+    assert not (tmp_path / "mine").exists()
+
+
 def test_places_are_typed_in(films, tmp_path, capsys, monkeypatch):
     lines = iter(["120 85 1000", "1 2", "1 2 far", "130,5 85 1000", ""])
     monkeypatch.setattr("builtins.input", lambda _="": next(lines))

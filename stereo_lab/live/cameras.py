@@ -304,7 +304,7 @@ def what_is_wrong(picture: np.ndarray, size: tuple[int, int]) -> str:
     """
     wide, high = picture.shape[1::-1]
     if (wide, high) != tuple(size):
-        return f"gives pictures of {wide}x{high} instead of {size[0]}x{size[1]}. Ask for that size, or calibrate these cameras at it."
+        return f"gives pictures of {wide}x{high} instead of {size[0]}x{size[1]}. Ask for that size, as with record --size {wide}x{high}, or calibrate these cameras at it."
     if picture.max() < BLACK:
         return "gives black pictures. Is its lens covered?"
     if (picture[-TAIL:] == picture[-1, -1]).all() and picture[-1, -1].max() < WHITE:
