@@ -20,7 +20,7 @@ import pytest
 from conftest import ROOT
 from stereo_lab.calibration import find_corners, find_homography, store
 from stereo_lab.cli import main
-from stereo_lab.common.files import read_json, typed, whole_folder, write_whole
+from stereo_lab.common.files import read_json, read_text, typed, whole_folder, write_whole
 from stereo_lab.common.spreadsheets import read_table
 from stereo_lab.common.threads import one_thread
 from stereo_lab.depth import OffsetDepth
@@ -472,6 +472,24 @@ def detect_into(output, *more):
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = subprocess.run(command, stdout=output, stderr=subprocess.PIPE, text=True, cwd=ROOT, env=environment)
     return done.returncode, done.stderr
+
+
+def test_the_home_folder_is_understood_where_no_shell_puts_it(bench, tmp_path, capsys, monkeypatch):
+    for variable in ("HOME", "USERPROFILE"):
+        monkeypatch.setenv(variable, str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(bench.path / "calibration", tmp_path / "mine" / "calibration")
+    for name in ("recording.json", "calibration.json"):
+        shutil.copy(bench.path / name, tmp_path / "mine")
+    assert open_recording("~/mine").path == (tmp_path / "mine").resolve()
+    assert main(["export", "~/mine", "--out=~/there"]) == 0
+    assert (tmp_path / "there" / "stereo.yml").is_file() and not (tmp_path / "~").exists()
+
+
+def test_a_table_in_utf_16_is_told(tmp_path):
+    (tmp_path / "measured.csv").write_bytes("name,x_mm\n".encode("utf-16"))
+    with pytest.raises(StereoLabError, match="it is UTF-16, .*Save it as UTF-8"):
+        read_text(tmp_path / "measured.csv")
 
 
 @pytest.mark.skipif(os.name == "nt", reason="a closed pipe looks otherwise there")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import io
 import os
+import re
 import sys
 from collections.abc import Sequence
 
@@ -23,7 +24,15 @@ from stereo_lab.cli import (
     train,
     vision,
 )
-from stereo_lab.cli.terminal import BAD_INPUT, STOPPED, check_outputs, clear_line, flush_output, words_aside
+from stereo_lab.cli.terminal import (
+    BAD_INPUT,
+    STOPPED,
+    cannot_print,
+    check_outputs,
+    clear_line,
+    flush_output,
+    words_aside,
+)
 from stereo_lab.errors import StereoLabError
 
 
@@ -37,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="replace")
     try:
         words, for_jupyterlab = _parted(list(sys.argv[1:] if arguments is None else arguments))
-        options = _parser().parse_args(words)
+        options = _parser().parse_args([_at_home(word) for word in words])
         options.for_jupyterlab = for_jupyterlab
         check_outputs(options)
         with words_aside(options):
@@ -66,12 +75,15 @@ def _parted(words):
     return words[:k], words[k + 1 :]
 
 
+def _at_home(word):
+    """A word with the home folder in the place of ~, where no shell has put it: in quotes, behind = and on Windows."""
+    found = re.fullmatch(r"(--[\w-]+=)?(~(?:[/\\].*)?)", word, re.DOTALL)
+    return word if found is None else (found[1] or "") + os.path.expanduser(found[2])
+
+
 def _in_words(error):
     """An OSError as a sentence; without a file's name it comes from printing."""
-    reason = error.strerror or error
-    if error.filename:
-        return f"Cannot use {error.filename}: {reason}."
-    return f"Cannot print: {reason}. Name a file with --json, or free some space."
+    return f"Cannot use {error.filename}: {error.strerror or error}." if error.filename else cannot_print(error)
 
 
 def _parser():

@@ -172,9 +172,17 @@ def flush_output() -> None:
         sys.stdout.flush()
     except OSError as error:
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - else the interpreter flushes, and complains, at its end
-        raise StereoLabError(
-            f"Cannot print: {error.strerror or error}. Name a file with --json, or free some space."
-        ) from None
+        raise StereoLabError(cannot_print(error)) from None
+
+
+def cannot_print(error: OSError) -> str:
+    """Why nothing more is printed, as a sentence: the program behind a | has ended, or the disk is full."""
+    help = (
+        "What was to read it has ended"
+        if isinstance(error, BrokenPipeError)
+        else "Name a file with --json, or free some space"
+    )
+    return f"Cannot print: {error.strerror or error}. {help}."
 
 
 def whose(name: str | None) -> str:

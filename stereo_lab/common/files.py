@@ -23,6 +23,7 @@ LARGEST_TEXT = 50_000_000  # bytes; the largest table or JSON file of the kit ha
 UMASK = os.umask(0)  # which rights a new file of this person does not get; it is read by setting it
 os.umask(UMASK)
 SPREADSHEETS = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"  # how .xlsx and .ods, and .xls, begin
+UTF_16 = b"\xff\xfe", b"\xfe\xff"  # how such a text begins
 LARGEST_FILE = 400_000_000  # bytes; more than an uncompressed picture of 100 megapixels has
 
 
@@ -96,7 +97,8 @@ def read_text(path: str | Path) -> str:
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise StereoLabError(f"Cannot read {path} as text: {error}. Save it as UTF-8.") from None
+        why = "it is UTF-16, a spreadsheet's Unicode text" if content.startswith(UTF_16) else error
+        raise StereoLabError(f"Cannot read {path} as text: {why}. Save it as UTF-8.") from None
 
 
 def check_target(path: str | Path) -> None:

@@ -44,7 +44,7 @@ def open_recording(path: str | Path | None = None) -> Recording:
     Parameters
     ----------
     path : str or path, optional
-        A folder, or the name of a shipped recording. None: the environment variable
+        A folder, also one that begins with ~, or the name of a shipped recording. None: the environment variable
         STEREO_LAB_RECORDING, and without it the shipped bench.
 
     Returns
@@ -56,7 +56,7 @@ def open_recording(path: str | Path | None = None) -> Recording:
     RecordingError
         If there is no such folder or its recording.json cannot be used.
     """
-    folder = _find_folder(path or os.environ.get("STEREO_LAB_RECORDING") or "bench")
+    folder = _find_folder(os.path.expanduser(path or os.environ.get("STEREO_LAB_RECORDING") or "bench"))
     try:
         return _parse(folder, read_json(folder / "recording.json"))
     except RecordingError:
