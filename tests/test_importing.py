@@ -57,6 +57,19 @@ def test_the_command(pairs, tmp_path, capsys):
     assert read_image(open_recording(tmp_path / "out").pairs("calibration")[0].left_path).shape == (480, 640, 3)
 
 
+def test_a_folder_of_folders_and_half_a_pair_are_told(bench, tmp_path, capsys):
+    for side, count in (("left", 3), ("right", 2)):
+        (tmp_path / side).mkdir()
+        for path in sorted((bench.path / "calibration" / side).iterdir())[:count]:
+            shutil.copy(path, tmp_path / side)
+    words = ["--board", "9x6", "--square-mm", "25", "--out", str(tmp_path / "mine")]
+    assert cli.main(["import", "--left", str(tmp_path), "--right", str(tmp_path), *words]) == 2
+    assert f"{tmp_path} finds no file, but folders: left, right." in capsys.readouterr().err
+    halves = ["--left", str(tmp_path / "left"), "--right", str(tmp_path / "right")]
+    assert cli.main(["import", *halves, *words]) == 2
+    assert "has no other half: 3 left and 2 right pictures were found. Put it back" in capsys.readouterr().err
+
+
 def test_files_that_a_shell_made_of_a_pattern_and_folders_with_brackets(bench, tmp_path, capsys):
     folder = tmp_path / "[2026] Köln"
     for side in ("left", "right"):

@@ -138,5 +138,5 @@ def _is_name(name):
 
 def _name(name):
     if not _is_name(name):
-        raise StereoLabError(f"A code name of letters, figures and - is expected, got {name!r}.")
+        raise StereoLabError(f"A code name of 1 to 40 of the letters a to z, figures and - is expected, got {name!r}.")
     return name

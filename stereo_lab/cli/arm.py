@@ -6,7 +6,7 @@ import argparse
 import contextlib
 import time
 
-from stereo_lab.cli.options import Add, add_json, decimal
+from stereo_lab.cli.options import Add, add_json, decimal, whole
 from stereo_lab.cli.terminal import OK, end_as_by_ctrl_c, me, tell_fit, write_json_option
 from stereo_lab.errors import ArmError, StereoLabError, UnreachableTargetError
 
@@ -32,10 +32,14 @@ def add_to(add: Add) -> None:
         help=f"{', '.join(ARM_ACTIONS)}, setup (default: status); after torque: folder or name of a recording",
     )  # fmt: skip
     arm.add_argument(
-        "angles", nargs="*", metavar="WORD", help="for move: shoulder and elbow in degrees; for register: the recording"
+        "angles",
+        nargs="*",
+        default=[],
+        metavar="WORD",
+        help="for move: shoulder and elbow in degrees; for register: the recording",
     )
-    arm.add_argument("--left", type=int, metavar="N", help="for register: number of the left camera (0)")
-    arm.add_argument("--right", type=int, metavar="N", help="for register: number of the right camera (1)")
+    arm.add_argument("--left", type=whole, metavar="N", help="for register: number of the left camera (0)")
+    arm.add_argument("--right", type=whole, metavar="N", help="for register: number of the right camera (1)")
     arm.add_argument("--keep", action="store_true", default=None, help="for register: write it into the recording")
     arm.add_argument(
         "--seconds",

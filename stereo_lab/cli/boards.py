@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stereo_lab.cli.options import Add, add_board, decimal
+from stereo_lab.cli.options import Add, add_board, decimal, whole
 from stereo_lab.cli.terminal import OK
 from stereo_lab.errors import StereoLabError
 
@@ -32,7 +32,7 @@ def add_to(add: Add) -> None:
     board.add_argument(
         "--marks", action="store_true", help="instead of a board: crosses for the table, marked with their x and depth"
     )
-    board.add_argument("--sheets", type=int, metavar="N", help="of marks, one behind the other (3)")
+    board.add_argument("--sheets", type=whole, metavar="N", help="of marks, one behind the other (3)")
     board.add_argument("--from-mm", type=decimal, metavar="MM", help="depth of the first line of marks (500)")
 
 

@@ -7,7 +7,7 @@ import re
 import time
 from pathlib import Path
 
-from stereo_lab.cli.options import Add, add_json, add_name
+from stereo_lab.cli.options import Add, add_json, add_name, whole
 from stereo_lab.cli.terminal import OK, Progress, write_json_option
 from stereo_lab.errors import StereoLabError
 
@@ -18,7 +18,7 @@ def add_to(add: Add) -> None:
         "variant", run_variant, "Make a recording for one seat: other boards, balls, lengths and numbers than the neighbour's.", "variant 17",
     )  # fmt: skip
     variant.add_argument(
-        "seed", type=int, metavar="SEED", help="the number of the seat; the same one gives the same recording"
+        "seed", type=whole, metavar="SEED", help="the number of the seat; the same one gives the same recording"
     )
     variant.add_argument("--out", metavar="DIR", help="a folder to make (default: seat, in the learner's folder)")
     add_name(variant)
@@ -51,7 +51,7 @@ def add_to(add: Add) -> None:
         "--by-folder", action="store_true",
         help="go by the folder and the date of each notebook, whatever name and time stand in it: as a class server's are collected",
     )  # fmt: skip
-    mark.add_argument("--jobs", type=int, metavar="N", help="notebooks at a time (default: one for each core)")
+    mark.add_argument("--jobs", type=whole, metavar="N", help="notebooks at a time (default: one for each core)")
     mark.add_argument("--recording", metavar="REC", help="what the class worked on (default: as for demo)")
     add_json(mark)
 

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from stereo_lab.cli.boards import ball_of_options, board_of_option, recording_begun
-from stereo_lab.cli.options import Add, add_board, add_json, add_recording
+from stereo_lab.cli.options import Add, add_board, add_json, add_recording, whole
 from stereo_lab.cli.terminal import OK, me, write_json_option
 from stereo_lab.common.files import typed
 from stereo_lab.errors import StereoLabError
@@ -24,7 +24,7 @@ def add_to(add: Add) -> None:
         "--left", nargs="+", metavar="GLOB", help="pattern of the left pictures, or their folder; or a film"
     )
     bring.add_argument(
-        "--every", type=int, metavar="N", help="of a film: of N frames the one with the stillest board (10)"
+        "--every", type=whole, metavar="N", help="of a film: of N frames the one with the stillest board (10)"
     )
     bring.add_argument("--right", nargs="+", metavar="GLOB")
     bring.add_argument(

@@ -48,6 +48,14 @@ def decimal(word: str) -> float:
         raise argparse.ArgumentTypeError(f"expected a number{with_a_point(word)}, got {word}") from None
 
 
+def whole(word: str) -> int:
+    """A whole number among the options."""
+    try:
+        return int(word)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected a whole number, got {word}") from None
+
+
 def seconds(word: str) -> float:
     """A time that ends something."""
     if (time_s := decimal(word)) > 0:  # refuses NaN as well

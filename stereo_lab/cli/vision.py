@@ -9,7 +9,7 @@ import sys
 import time
 from pathlib import Path
 
-from stereo_lab.cli.options import Add, add_json, add_recording
+from stereo_lab.cli.options import Add, add_json, add_recording, whole
 from stereo_lab.cli.terminal import BAD_INPUT, OK, WANTING, Progress, write_json_option
 from stereo_lab.common.packages import to_install
 from stereo_lab.errors import RecordingError, StereoLabError, SwappedSidesError
@@ -84,7 +84,7 @@ def add_to(add: Add) -> None:
         help="bench, clutter, clutter_test, second_rig, third_rig, or a rig file of your own (.json)",
     )
     render.add_argument("--out", metavar="DIR", help="folder to make (default: data/NAME)")
-    render.add_argument("--seed", type=int, help="other poses and other noise")
+    render.add_argument("--seed", type=whole, help="other poses and other noise")
     render.add_argument("--sets", metavar="SET,SET", help="only these sets")
     add_json(render)
 

@@ -17,7 +17,7 @@ import numpy as np
 from stereo_lab.common.files import natural_key, whole_folder, write_json
 from stereo_lab.errors import RecordingError
 from stereo_lab.recording.bounds import color_name
-from stereo_lab.recording.model import Recording
+from stereo_lab.recording.model import PUT_BACK, Recording
 from stereo_lab.recording.opening import open_recording
 from stereo_lab.recording.pictures import PICTURES, read_image
 from stereo_lab.recording.places import check_name
@@ -176,6 +176,8 @@ def matching(pattern: str | Path | Sequence[str]) -> list[Path]:
         else glob.glob(os.path.join(folder, name))
     )
     paths = sorted((p for p in map(Path, found) if p.is_file() and not _left_by_a_system(p)), key=natural_key)
+    if not paths and (folders := sorted(Path(p).name for p in found if os.path.isdir(p))):
+        raise RecordingError(f"{pattern} finds no file, but folders: {', '.join(folders)}. Name one of them.")
     if not paths:
         raise RecordingError(f"No file matches {pattern!r}. Put the pattern in quotes and check the folder.")
     return paths
@@ -204,14 +206,14 @@ def _match_halves(left, right):
         if alone:
             path = left_numbers.get(alone[0]) or right_numbers.get(alone[0])
             raise RecordingError(
-                f"{path} has no other half: {len(left)} left and {len(right)} right pictures were found."
+                f"{path} has no other half: {len(left)} left and {len(right)} right pictures were found. {PUT_BACK}"
             )
         return [(left_numbers[k], right_numbers[k]) for k in sorted(left_numbers)]
     if len(left) != len(right):
         other = next((path for path in (*left, *right) if path.suffix.lower() not in LIKE_PICTURES), None)
         among = f" Among them is {other.name}, which is no picture by its ending." if other else ""
         raise RecordingError(
-            f"{len(left)} left and {len(right)} right pictures were found: each needs its other half.{among}"
+            f"{len(left)} left and {len(right)} right pictures were found: each needs its other half.{among} {PUT_BACK}"
         )
     return list(zip(left, right, strict=True))
 

@@ -17,6 +17,7 @@ from stereo_lab.recording.sample import Ball, Board, Position, Sample, StereoPai
 from stereo_lab.recording.strays import told_of_strays
 
 SHARED_OUT = ("position", "depth")  # sets that are fitted to; every line of their tables may be kept back
+PUT_BACK = "Put it back, or take its other half away: that of the same moment, which need not be the last one."
 THOUSANDS = re.compile(r"\d{1,3}\.\d{3}")
 USES = {**dict.fromkeys(SHARED_OUT, ("fit", "check")), "evaluation": ("plane", "volume")}
 
@@ -247,8 +248,7 @@ def _check_halves(folder, left, right):
         if lost:
             more = f" and {len(lost) - 1} more" if len(lost) > 1 else ""
             raise RecordingError(
-                f"{folder / side} has no picture {lost[0]}{more}: half of the pair is missing. "
-                "Put it back, or take its other half away: that of the same moment, which need not be the last one.",
+                f"{folder / side} has no picture {lost[0]}{more}: half of the pair is missing. {PUT_BACK}",
                 fault="half_missing",
             )
 
