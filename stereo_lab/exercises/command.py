@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import reprlib
 from dataclasses import dataclass
@@ -39,6 +40,7 @@ FORMS = {
 }
 
 NUMBER = re.compile(r"-?[0-9]{1,7}(\.[0-9]{1,6})?")  # as the controller reads them
+ROUGHLY = 0.05  # so near, as a part of it, a number may be rounded to be taken for another
 FULL_SPEED = 100.0  # percent; the next cell waits for no slower turn
 
 
@@ -99,6 +101,9 @@ class Command:
                 NOT_YET, f"expected {len(right)} words with blanks between them, this has {len(words)}.{more}"
             )
         if words[:-1] == right[:-1] and isinstance(words[-1], float):
+            radians = math.radians(right[-1])
+            if abs(abs(words[-1]) - abs(radians)) <= ROUGHLY * abs(radians):
+                return Verdict(NOT_YET, "those are radians. The arm counts in degrees.")
             return Verdict(NOT_YET, f"that turns it to {words[-1]:g} degrees. Read the question again: to which angle?")
         k = next(k for k, pair in enumerate(zip(words, right, strict=True)) if pair[0] != pair[1])
         place, meant = (("first", "the command"), ("second", "the number of the joint"), ("third", "the angle"))[k]

@@ -79,6 +79,10 @@ class Function:
                 )
             if is_blank(output):
                 return Verdict(NOT_ATTEMPTED)
+            if _is_uneven(output):
+                return Verdict(
+                    NOT_YET, f"your function gives back a pair or a list among numbers. Give back {self._asked()}."
+                )
             if output is None:
                 return Verdict(NOT_YET, self._nothing(answer, arguments))
             if isinstance(output, str) or (
@@ -227,6 +231,15 @@ class Function:
 def _has_a_blank(function):
     """Whether ``____`` still stands in a function of Python's."""
     return "____" in getattr(getattr(function, "__code__", None), "co_names", ())
+
+
+def _is_uneven(output):
+    """Whether a list or a pair stands beside single numbers, or beside a longer one."""
+    try:
+        np.shape(output)
+    except ValueError:
+        return True
+    return False
 
 
 def _try(function, arguments):

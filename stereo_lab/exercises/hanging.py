@@ -12,8 +12,8 @@ from stereo_lab.exercises.trying import EXACT, NEAR, near, numbers_of
 from stereo_lab.exercises.wording import figures, say
 
 AS_IF = (  # what may have become of an argument on its way
+    (lambda x: 0.0 * x, "were 0"),  # first: what is left out may look like a turned sign as well
     (lambda x: -x, "had its sign turned"),
-    (lambda x: 0.0 * x, "were 0"),
     (lambda x: 2 * x, "were twice as large"),
     (lambda x: x / 2, "were half as large"),
     (lambda x: x * x, "were squared"),

@@ -213,6 +213,13 @@ def _eq6(points):
             shoulder_deg, tries, 0.01, "degrees",
             (
                 Wrong(lambda a, b, x, y, t: math.degrees(math.atan2(y, x)) - abs(_lead(a, b, t)), "with the elbow up θ2 is below zero, and the upper arm leans to the other side: keep its sign."),
+                Wrong(
+                    lambda a, b, x, y, t: math.degrees(math.atan2(y, x)) - _by_sines(b, x, y, t),
+                    "asin gives no angle above 90°: it cannot tell 65° from 115°, which have the same sine. Near the shoulder "
+                    "the hand is ahead by more than 90°. atan2 of both parts, l2·sin θ2 and l1 + l2·cos θ2, tells the two apart.",
+                ),
+                Wrong(lambda a, b, x, y, t: math.degrees(math.atan2(y, x)) + _by_sines(b, x, y, t), "the shoulder must hold back: minus. And asin gives no angle above 90°, which the second part may have: take atan2 of l2·sin θ2 and l1 + l2·cos θ2."),
+                Wrong(lambda a, b, x, y, t: math.atan2(y, x) - _by_sines(b, x, y, t) * DEGREE, "that is in radians. And asin gives no angle above 90°, which the second part may have: take atan2 of l2·sin θ2 and l1 + l2·cos θ2."),
                 Wrong(lambda *t: shoulder_deg(*t) % 360, "the same direction, told the long way round: for the arm clockwise is below zero. Leave the % away."),
                 Wrong(lambda *t: shoulder_deg(*t) * DEGREE, "that is in radians. The arm counts in degrees."),
                 Wrong(
@@ -439,6 +446,11 @@ def _second(up, straight, on, theta2_deg, factor=False):
     t = theta2_deg * DEGREE
     right = (straight + on) * math.cos(t) if factor else straight + on * math.cos(t)
     return math.atan2(up * math.sin(t), right)
+
+
+def _by_sines(l2, x, y, theta2_deg):
+    """What the hand is ahead by the sine rule, degrees: right up to 90."""
+    return math.degrees(math.asin(l2 * math.sin(theta2_deg * DEGREE) / math.hypot(x, y)))
 
 
 def _cosine(l1, l2, x, y):

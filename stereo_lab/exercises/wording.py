@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from stereo_lab.errors import UnreachableTargetError
+
 # What Python and numpy say of common slips, and the same for people
 SAID = (
     ("truth value of an array", "one True or False is wanted here, and there is a whole array: write | and & and ~ for or, and, not, with each comparison in brackets of its own, (a <= b) | (c <= d); and part a <= b <= c in two."),
@@ -81,6 +83,11 @@ SAID = (
 
 def in_plain_words(error: BaseException, arrays: bool = False) -> str:
     """What to say of an error that a learner's function stopped with, which works on arrays or on single numbers."""
+    if isinstance(error, UnreachableTargetError):
+        return (
+            "your function asks an arm of the package, which has links of its own. Other arms are tried as well: "
+            "write the equation itself, with the names in the brackets of the def line."
+        )
     told, plain = error_in_words(error), meaning_of(error)
     if isinstance(error, NameError) and not plain:
         name = str(getattr(error, "name", ""))
