@@ -6,6 +6,7 @@ import math
 
 from stereo_lab.exercises.answers import Command, Function, Number, Wrong
 from stereo_lab.exercises.question import Question, lesson
+from stereo_lab.exercises.reading import A_RATE
 from stereo_lab.exercises.seats import numbers
 from stereo_lab.motion import slow_down_volts
 from stereo_lab.recording import Recording
@@ -43,7 +44,6 @@ def _command(turn):
                     "that turns the shoulder, and counter-clockwise. The elbow is joint 2; clockwise is minus.",
                 ),
                 Wrong(f"MV 0 -{turn}", "joints are counted from 1: the shoulder is 1, the elbow 2."),
-                Wrong(f"MV 2 -{turn * math.pi / 180:.2f}", "those are radians. The arm counts in degrees."),
                 Wrong(f"MV joint -{turn}", "in the place of the word joint stands its number: the elbow is 2."),
                 Wrong(f"MV two -{turn}", "joints are told by a digit: 2."),
                 Wrong(f"MV -{turn}", "which joint? Its number stands between the command and the angle."),
@@ -147,7 +147,7 @@ def _runs_on():
 
 
 def _rule():
-    tries = tuple((left, 5.0, 2.1, 1.4) for left in (40.0, 5.5, 4.5, 0.3, 0.01, 0.0, -0.01, -2.0, -8.0)) + (
+    tries = tuple((left, 5.0, 2.1, 1.4) for left in (40.0, 9.0, 5.5, 4.5, 0.3, 0.01, 0.0, -0.01, -2.0, -8.0)) + (
         (8.0, 12.0, 2.4, 1.3),
     )
     return dict(
@@ -192,8 +192,8 @@ def _rule():
                     "past the goal yours drives back. The rule brakes there: 0 volts.",
                 ),
                 Wrong(
-                    lambda left, zone, fast, slow: fast if left > zone else slow if left > 1 else 0.0,
-                    "yours brakes one degree too early: as long as left_deg is above 0 there is something to go.",
+                    lambda left, zone, fast, slow: fast if left > 0 else 0.0,
+                    "the slow part is missing: slow_v and zone_deg change nothing in your result. Within the zone the voltage is slow_v.",
                 ),
                 Wrong(
                     lambda left, zone, fast, slow: fast if left < 0 else slow if left < zone else 0.0,
@@ -210,10 +210,6 @@ def _rule():
                 Wrong(
                     lambda left, zone, fast, slow: 0.0 if left > zone else slow if left > 0 else fast,
                     "yours brakes far away and is fast past the goal: the other way round.",
-                ),
-                Wrong(
-                    lambda left, zone, fast, slow: fast if left > zone else slow if left > zone / 2 else 0.0,
-                    "yours brakes half a zone too early: as long as left_deg is above 0 there is something to go.",
                 ),
                 Wrong(
                     lambda left, zone, fast, slow: slow + (fast - slow) * left / zone,
@@ -254,6 +250,7 @@ def _rule():
             ),
             "three cases, in this order.",
             borders=(((5.0, 5.0, 2.1, 1.4), (2.1, 1.4)),),
+            of_all=lambda volts: _brakes_early(tries, volts),
         ),
         hints=(
             "Three cases: past the goal, in the zone, before it.",
@@ -276,7 +273,7 @@ def _edges():
     return dict(
         asks="The encoder has 4094.4 edges on a turn of the joint, the joint makes 180° a second. How many edges a second?",
         answer=Number(
-            right, 1.0, "",
+            right, 1.0, A_RATE,
             (
                 Wrong(COUNTS * CRUISE, "180 degrees are half a turn, not 180 turns."),
                 Wrong(COUNTS, "4094.4 edges are a whole turn; in a second the joint makes half of one."),
@@ -364,6 +361,19 @@ def _blind():
         reason="A second at full speed before the watchdog has run down; what it runs on after that is a tenth of it.",
         reference=180.0,
     )  # fmt: skip
+
+
+def _brakes_early(tries, volts):
+    """What to say where all is right, but that the motor brakes at places within the zone; else ""."""
+    if not all(isinstance(given, (int, float)) for given in volts):
+        return ""
+    off = [(t[0], t[1], v) for t, v in zip(tries, volts, strict=False) if not math.isclose(v, slow_down_volts(*t))]
+    if not off or any(given or not 0 < left <= zone for left, zone, given in off):
+        return ""
+    still = max(left for left, *_ in off)
+    return (
+        f"yours brakes too early, with {still:g}° still to go: as long as left_deg is above 0 there is something to go."
+    )
 
 
 def volts_for(k: float, v0: float, speed: float) -> float:

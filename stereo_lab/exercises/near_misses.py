@@ -62,5 +62,5 @@ def of_a_number(value: float, right: float, told: str) -> str:
 
 
 def is_near_by(value: float, right: float) -> bool:
-    """Whether a number lies so near to the right one that it was rather rounded or read off; no count is."""
-    return right != round(right) and abs(value - right) <= NEAR_BY * abs(right)
+    """Whether a number lies so near to the right one that it was rather rounded or read off."""
+    return abs(value - right) <= NEAR_BY * abs(right)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from stereo_lab.exercises.formulas import made_of
 from stereo_lab.exercises.near_misses import is_near_by, of_a_number
-from stereo_lab.exercises.reading import as_numbers, numbers_in, told_beside
+from stereo_lab.exercises.reading import as_numbers, numbers_in, told_beside, without_bound
 from stereo_lab.exercises.verdict import NOT_YET, PASS, Verdict, Wrong
 from stereo_lab.exercises.wording import a_kind, kind_of, say
 
@@ -123,7 +123,15 @@ class Number:
         )
 
     def _read(self, text, right):
-        """The numbers of a text, or a sentence. A comma before three digits is a decimal one, unless the number is right without."""
+        """The numbers of a text, or a sentence. A comma before three digits is a decimal one, unless the number is right without.
+
+        "More than 180" is read as 180 where what is right is more.
+        """
+        plain, side = without_bound(text)
+        if side and right.size == 1:
+            bound = self._read(plain, right)
+            if not isinstance(bound, str) and side * (float(right) - bound[0]) > 0:
+                return bound
         labels = tuple(map(frozenset, self.labels))
         if right.size == 1 and re.search(r"\d,\d{3}(?!\d)", text):
             plain = numbers_in(re.sub(r"(?<=\d),(?=\d{3}(?!\d))", "", text), 1, self.unit, labels)
@@ -180,7 +188,7 @@ class Number:
             return f"that is {formula}. {self.ask}".strip()
         if wanted and not relation and self._same(-value, right):
             return f"{told}: the sign is turned."
-        if not relation and is_near_by(number, wanted):
+        if self.tolerance and not relation and is_near_by(number, wanted):
             return f"{told} is near, and not right yet: is something rounded, read off by eye, or copied wrongly?"
         size, means = ("large", self.large) if number > wanted else ("small", self.small)
         return relation or f"{told} is too {size}{': ' if means else '. '}{means or self.ask}".strip()

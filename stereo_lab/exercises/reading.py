@@ -37,6 +37,17 @@ CODE = re.compile(
     r"\s*[a-z]\d\s*$|\s*[-+]?[\d.]+\s*([*]|π|pi\b)|\s*[a-z_]\w*\s*[-+*/]\s*[\w(]|.*[a-z]\w*(\.[a-z_]|\[|\(|_\w)",
     re.IGNORECASE,
 )
+# How exact a number is, beside it: "50 ± 1 mm"
+ROOM = re.compile(
+    r"(?<=\d)([^\d±]*?),?\s*(?:±|\+\s*/?\s*[-–]|\bplus\s*(?:or|/)?\s*minus\b|\bgive or take\b)\s*\d+(?:[.,]\d+)?\s*(?:%|([a-zµμ°]*))"
+)
+A_RATE = "edges a second"  # what hertz count here
+A_LITTLE = r"(?:(?:an?\s+(?:little\s+|tiny\s+)?(?:bit|little)|slightly|just|somewhat)\s+)?"
+BOUNDS = (
+    (rf"\b{A_LITTLE}(more\s+than|over|above)\s+(?=[-−.\d]|half\s)|,?\s+and\s+(an?\s+)?((little\s+)?bit|little|more)(\s+more)?$", 1),
+    (rf"\b({A_LITTLE}(less\s+than|under|below)|almost)\s+(?=[-−.\d]|half\s)", -1),
+)  # fmt: skip
+A_SECOND = re.compile(r"\s*(/|\b(per|in|within|an?|each|every)\b)\s*(1|one)?\s*(s|sec|seconds?)\b|\bs(\^-1|⁻¹)")
 # What a unit measures, and how many of the kit's unit it is
 UNITS = {
     **dict.fromkeys(("mm", "millimetre", "millimetres", "millimeter", "millimeters"), ("mm", 1)),
@@ -48,7 +59,7 @@ UNITS = {
     **dict.fromkeys(("°", "deg", "degree", "degrees"), ("degrees", 1)), **dict.fromkeys(("rad", "radian", "radians"), ("degrees", 180 / np.pi)),
     **dict.fromkeys(("turn", "turns", "rev", "revs", "revolution", "revolutions", "rotation", "rotations", "circle", "circles"), ("degrees", 360)),
     **dict.fromkeys(("min", "minute", "minutes"), ("ms", 60_000)),
-    **dict.fromkeys(("v", "volt", "volts"), ("V", 1)), "mb": ("MB", 1), "hz": ("Hz", 1), "khz": ("Hz", 1000), "kg": ("g", 1000), "g": ("g", 1),
+    **dict.fromkeys(("v", "volt", "volts"), ("V", 1)), "mb": ("MB", 1), "hz": (A_RATE, 1), "khz": (A_RATE, 1000), "kg": ("g", 1000), "g": ("g", 1),
     # and those that nobody needs here, lest a number in one of them be taken for the right one
     "nm": ("mm", 1e-6), **dict.fromkeys(("ft", "foot", "feet"), ("mm", 304.8)), **dict.fromkeys(("yd", "yard", "yards"), ("mm", 914.4)),
     **dict.fromkeys(("µs", "μs", "us", "microsecond", "microseconds"), ("ms", 0.001)), **dict.fromkeys(("ns", "nanosecond", "nanoseconds"), ("ms", 1e-6)),
@@ -71,13 +82,16 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
     """
     text = re.sub(r"^\s*(pi|π)(?=\s*rad)", f"{np.pi}", text, flags=re.I)
     text = re.sub(r"^\s*half[\s-](an?\s)?(?=[a-z])", "0.5 ", text, flags=re.I)
-    if CODE.match(text):
+    if CODE.match(text.rpartition("=")[2]):
         return "this is Python in quotes. Take the quotes away, and Python works it out."
     plain = text.lower().replace("−", "-").rpartition("=")[2].strip().rstrip(" .")
     plain = re.sub(r"(?<=\d)\s?([½¼¾])|([½¼¾])", lambda part: PARTS[part[1] or part[2]], plain)  # 24½
     plain = re.sub(r"(?<![\d.])\.(?=\d)", "0.", plain)  # .05
     plain = re.sub(r"(?<=\d)\s+1\s*/\s*s$", " /s", plain)
-    plain = re.sub(r"(?<=\d)\s+or more$", "", plain)
+    plain = re.sub(r"\s+or (more|so|thereabouts)\b", "", ROOM.sub(_without_room, plain))
+    plain = re.sub(r"^(?=\d)(.*\d\D*)\bbelow (zero|0)$", r"-\1", plain)
+    if unit == A_RATE:
+        plain = A_SECOND.sub(" hz", plain)
     if count == 1:
         plain = re.sub(r"(?<=\d)\s(?=\d{3}(\D|$))", "", plain)  # 2 047
     if unit == "of 255":
@@ -101,6 +115,19 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
     return _no_number(plain, count)
 
 
+def _without_room(found):
+    """What stands before a ±; the unit behind it is that of both numbers where none stands before."""
+    return found[1] if found[1].strip() else f" {found[2] or ''}"
+
+
+def without_bound(text: str) -> tuple[str, int]:
+    """The text without "more than" or "almost", and 1 where it means more than its number, −1 where less, else 0."""
+    for words, side in BOUNDS:
+        if re.search(words, text.rstrip(" ."), re.IGNORECASE):
+            return re.sub(words, " ", text.rstrip(" ."), flags=re.IGNORECASE), side
+    return text, 0
+
+
 def _no_number(text, count):
     """What to say to a text that does not tell what is asked for."""
     found = NUMBER.findall(text)
@@ -119,7 +146,7 @@ def _converted(number, text, unit):
         above, _, below = ([UNITS.get(word, (word, 1)) for word in part.split()] for part in told.partition(" per "))
         other_rate = " per " in told and [name for name, _ in (*above, ("per", 1), *below)] != unit.split()
         a_speed = re.search(r" per (s|second)$", told)
-        another = other_rate if " per " in unit else a_speed
+        another = other_rate if " per " in unit or unit == A_RATE else a_speed
         scale = above[0][1] / below[0][1] if " per " in told and " per " in unit and not another else 1
         return f"{unit} is asked for, this is {told}." if another else [number * scale]
     if "²" in told or "square" in told:
