@@ -2,6 +2,7 @@
 
 import ast
 import builtins
+import json
 import math
 import sys
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from conftest import ROOT
+from stereo_lab import plots
 from stereo_lab.calibration import calibrate_recording
 from stereo_lab.detection import Detection
 from stereo_lab.errors import StereoLabError
@@ -17,6 +19,7 @@ from stereo_lab.exercises import LESSONS, ____, questions
 from stereo_lab.exercises.answers import PASS, Choice, Command, Function, Number, Wrong, judge
 from stereo_lab.exercises.lesson05 import elbow_deg, shoulder_deg
 from stereo_lab.exercises.question import lesson
+from stereo_lab.kinematics import TwoLinkArm
 from stereo_lab.position import LineFit
 from stereo_lab.recording import open_recording
 from tests.written import assert_as_written
@@ -590,7 +593,14 @@ def test_words_that_are_no_answer_are_told_why(words, says):
         ("06", 1, "MV 2 -30 400", "NOT YET - expected 3 words"),
         ("06", 1, "MV 2 -300", "NOT YET - that turns it to -300 degrees"),
         ("06", 5, "2,047", "PASS"),
-        ("06", 5, "2,5", "NOT YET - 2.5 is too small"),
+        ("06", 5, "2,5", "NOT YET - 2.5 edges a second is too small"),
+        ("06", 1, "MV 2 -0.524", "NOT YET - those are radians"),
+        ("06", 1, "MV 2 -0.5236", "NOT YET - those are radians"),
+        ("06", 5, "2 kHz", "NOT YET - 2000 edges a second is near"),
+        ("06", 5, "2047.2 edges per minute", "NOT YET - edges a second is asked for"),
+        ("05", 1, "60 ± 10 mm", "NOT YET - 60 mm is too large"),
+        ("05", 5, "-1.22 rad", "NOT YET - -69.9 degrees is near"),
+        ("05", 5, -70.5, "NOT YET - -70.5 degrees is near"),
         ("06", 6, 201.3, "PASS"),
         ("06", 6, 210, "NOT YET - 210 degrees is too large"),
         ("05", 1, 109, "NOT YET - that is where the stop of the elbow lets it come"),
@@ -681,3 +691,47 @@ def test_a_function_that_writes_into_its_arguments_does_not_change_the_question(
     after = [a for arguments in question.answer.inputs for a in arguments]
     assert all(np.array_equal(a, b) for a, b in zip(before, after, strict=True))
     assert "PASS" not in capsys.readouterr().out
+
+
+def cell(lesson, id):
+    """The source of a notebook's cell."""
+    (notebook,) = (ROOT / "notebooks").glob(f"{lesson}_*.ipynb")
+    cells = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
+    return "".join(next(c for c in cells if c["id"] == id)["source"])
+
+
+@pytest.mark.parametrize(
+    ("guard", "told"),
+    [
+        ("pass", "and elbow_deg stops with ValueError"),
+        ("return None", "and elbow_deg gives None"),
+        ("return 'out of reach'", "and elbow_deg gives 'out of reach'"),
+        ("return False", "and elbow_deg gives False"),
+        ("return math.nan", "θ2 = nan°"),
+        ("raise RuntimeError('out of reach')", "and elbow_deg stops with RuntimeError"),
+    ],
+)
+def test_what_a_right_eq_5_does_beyond_the_rim_is_told(bench, capsys, guard, told):
+    names = {"arm": bench.arm, "l1": bench.arm.l1_mm, "l2": bench.arm.l2_mm, "math": math}
+    lines = [f"if abs(c) > 1: {guard}", "return math.degrees(math.acos(c))"]
+    body = "".join(f"\n    {line}" for line in ("c = (x**2 + y**2 - l1**2 - l2**2) / (2 * l1 * l2)", *lines))
+    exec(f"def elbow_deg(l1, l2, x, y):{body}", names)
+    assert judge(questions("05", bench)[2].answer, names["elbow_deg"]).status == PASS
+    exec(cell("05", "cell-30"), names)
+    out = capsys.readouterr().out.splitlines()
+    assert out[0].endswith("θ2 = 34.5°") and out[2] == f" +20 mm: cos θ2 = 1.1840, {told}"
+
+
+def test_limits_that_leave_no_place_are_told(bench, capsys):
+    arm = TwoLinkArm(bench.arm.l1_mm, bench.arm.l2_mm, ((200, 250), (170, 175)))
+    names = {
+        "np": np,
+        "plots": plots,
+        "recording": bench,
+        "arm": arm,
+        "l1": arm.l1_mm,
+        "l2": arm.l2_mm,
+        "nearest_mm": 50,
+    }
+    exec(cell("05", "cell-07"), names)
+    assert "with shoulder 200 to 250° and elbow 170 to 175°: no place is left" in capsys.readouterr().out

@@ -8,6 +8,7 @@ import pytest
 from conftest import ROOT
 from stereo_lab.exercises import LESSONS, questions
 from stereo_lab.exercises.answers import NOT_YET, Function, judge
+from stereo_lab.exercises.hanging import as_if
 from stereo_lab.exercises.slips import do_alike, slip_in
 from stereo_lab.recording import open_recording
 
@@ -43,6 +44,13 @@ def typed(question, line):
         ("5.3", "return degrees(acos((x**2 + y**2 - l1**2) / (2 * l1 * l2)))", "l2 ** 2 is left out"),
         ("5.3", "return acos(degrees((x**2 + y**2 - l1**2 - l2**2) / (2 * l1 * l2)))", "degrees() and acos() have changed places"),
         ("5.3", "return degrees(acos((x**2 + y**2 - l1**2 - l2**2) / 2 * l1 * l2))", "brackets are missing round 2 * l1 * l2"),
+        ("5.2", "e = l1, l2; return e, e[0] + l2, e[1]", "a pair or a list among numbers. Give back the 2 numbers"),
+        ("5.3", "from stereo_lab.kinematics import TwoLinkArm; return TwoLinkArm(250, 200, ((0, 90), (0, 90))).inverse(x, y).theta2_deg",
+         "write the equation itself"),
+        ("5.4", "return degrees(atan2(y, x) - asin(l2 * sin(radians(theta2_deg)) / hypot(x, y)))", "asin gives no angle above 90°"),
+        ("6.4", "return fast_v if left_deg > 0 else 0", "the slow part is missing"),
+        ("6.4", "return fast_v if left_deg > zone_deg else slow_v if left_deg > 0.1 else 0", "yours brakes too early, with 0.01° still to go"),
+        ("6.4", "return fast_v if left_deg > zone_deg else slow_v if left_deg > zone_deg / 2 else 0", "yours brakes too early, with 0.3° still to go"),
         ("7.3", "return place_mm + int(velocity_mm_s * seconds)", "int() cuts off decimals of velocity_mm_s * seconds"),
         ("7.3", "return place_mm + velocity_mm_s ** seconds", "a ** stands before seconds where a * belongs"),
         ("7.5", "return gap_mm < 4 * sigma_mm and gap_mm > -sigma_mm", "get different answers, and should not"),
@@ -52,6 +60,15 @@ def typed(question, line):
 )  # fmt: skip
 def test_a_slip_is_told(functions, name, line, says):
     assert says in judge(functions[name].answer, typed(functions[name], line)).text
+
+
+def test_what_is_left_out_is_not_called_a_turned_sign():
+    right = lambda left_deg, zone_deg: float(left_deg > zone_deg)
+    given = [np.ones(1), np.zeros(1)]
+    assert (
+        as_if(right, ((3.0, 5.0), (-8.0, 5.0)), given, ["left_deg", "zone_deg"], {})
+        == "it works as if zone_deg were 0."
+    )
 
 
 def test_nothing_is_told_of_what_is_right(functions):
