@@ -162,6 +162,21 @@ def test_a_place_that_tells_no_sigma_is_followed_as_well():
     assert all(track.seen and 1 < track.position.sigma_mm[0] <= 5 for track in tracks)
 
 
+@pytest.mark.parametrize("step_s", [0.1, 0.2, 0.5, 2.0])
+def test_slow_footage_does_not_make_a_velocity_sure(step_s):
+    """A ball at 300 mm/s: what is told is within two standard deviations, however far apart its pictures are."""
+    tracks, _ = update_all([(100.0 + 300 * step_s * k, 50.0) for k in range(20)], step_s=step_s)
+    assert all(abs(track.velocity_mm_s[0] - 300) < 2 * track.velocity_sigma_mm_s[0] for track in tracks[2:])
+
+
+def test_a_place_may_tell_its_sigma_in_whole_numbers():
+    made_up = MadeUp([(100.0, 50.0), (101.0, 50.0)])
+    plain = made_up.position
+    made_up.position = lambda left, right: replace(plain(left, right), sigma_mm=(1, 1, 3))
+    tracker = Tracker(made_up)
+    assert all(tracker.update(Frame(t, PICTURE, PICTURE)).seen for t in (0.1, 0.2))
+
+
 @pytest.mark.parametrize("off_mm", [15, 20, 30, 38])
 def test_one_wrong_place_costs_one_picture(off_mm):
     """The right place that comes next is near the wrong one, and still nearer to where the ball should be."""

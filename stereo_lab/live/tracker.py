@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import cv2
@@ -14,6 +13,7 @@ from stereo_lab.localization import Localizer
 from stereo_lab.recording import Position
 
 ACCELERATION_MM_S2 = 3000.0  # of a ball that is moved by hand, each way: a third of a falling one's
+PUSH_S, LONGEST_S = 0.1, 10.0  # so long a hand pushes one way at most; after so long the ball may be anywhere
 FORGETS_S = 0.4  # a velocity is trusted for about so long: after that it is the last place that predicts best
 PATIENCE_S = 0.35  # so long an unseen ball is predicted before it is lost
 FAR = 16.3  # squared distance of a place from its prediction, in standard deviations: 1 of 1,000 right ones is farther
@@ -133,12 +133,20 @@ class Tracker:
         return self._track(True, found)
 
     def _predict(self, step_s):
-        """Let the time pass: the ball goes on, its velocity fades, and both get less sure."""
-        fades = np.exp(-step_s / FORGETS_S)
-        way, speed = step_s**2 / 2 * self.acceleration_mm_s2, step_s * self.acceleration_mm_s2
-        self._filter.transitionMatrix = _blocks(1.0, FORGETS_S * (1 - fades), 0.0, fades)
-        self._filter.processNoiseCov = _blocks(way * way, way * speed, way * speed, speed * speed)
-        self._filter.predict()
+        """Let the time pass: the ball goes on, its velocity fades, and both get less sure.
+
+        In slow footage a hand pushes this way and that between two pictures: one push for all of the time would tell from the
+        last two places how fast the ball goes now, and be sure of it.
+        """
+        left_s = min(step_s, LONGEST_S)
+        while left_s > 0:
+            push_s = min(left_s, PUSH_S)
+            fades = np.exp(-push_s / FORGETS_S)
+            way, speed = push_s**2 / 2 * self.acceleration_mm_s2, push_s * self.acceleration_mm_s2
+            self._filter.transitionMatrix = _blocks(1.0, FORGETS_S * (1 - fades), 0.0, fades)
+            self._filter.processNoiseCov = _blocks(way * way, way * speed, way * speed, speed * speed)
+            self._filter.predict()
+            left_s -= push_s
 
     def _fits(self, place):
         """Whether a place may be that of the ball that is followed."""
@@ -176,6 +184,6 @@ def _vector(place):
     return np.array([place.x_mm, place.y_mm, place.depth_mm], float)
 
 
-def _sigmas(place: Position) -> Sequence[float]:
+def _sigmas(place: Position) -> np.ndarray:
     """How far each coordinate may be off, mm."""
-    return (SIGMA_MM,) * 3 if place.sigma_mm is None else place.sigma_mm
+    return np.array((SIGMA_MM,) * 3 if place.sigma_mm is None else place.sigma_mm, float)
