@@ -25,7 +25,7 @@ from stereo_lab.errors import ArmError, StereoLabError, UnreachableTargetError
 from stereo_lab.kinematics import JointAngles
 from stereo_lab.live import Follower, VirtualBench, open_source, round_trip, run, touch_in_turn
 from stereo_lab.live import usage as usage_module
-from stereo_lab.live.follower import GAP_MM, STEADY, WRONG_SIDE
+from stereo_lab.live.follower import GAP_MM, IN_THE_WAY, STEADY, WRONG_SIDE
 from stereo_lab.live.log import RunLog, header, read_log, write_csv
 from stereo_lab.live.touching import _way
 from stereo_lab.live.tracker import Track
@@ -146,6 +146,70 @@ def test_the_elbow_never_changes_sides_before_one_ball(bench, localizer):
     assert len(sides) == 1 and WRONG_SIDE in {m.said for m, _ in moments}
 
 
+def led(bench, arm, follower, path, seconds):
+    """The steps of a follower that is told exactly where the ball is, and how near the links come to it; no picture is drawn."""
+    start_s = now_s = arm.line.clock()
+    while now_s < start_s + seconds:
+        ball = path(now_s - start_s)
+        velocity = tuple(np.subtract(path(now_s - start_s + 0.001), ball) / 0.001)
+        step = follower.steer(Track(now_s, Position(*ball), velocity, (1.0, 1.0, 1.0), True, None), now_s)
+        links = JointAngles(*arm.port.link_deg)
+        yield step, links, bench.registration.clearance_mm([links] * 2, *ball)
+        arm.wait(1 / 30)
+        now_s = arm.line.clock()
+
+
+def round_the_shoulder(t):
+    angle = np.radians(195 - 17 * t)
+    return 330 * np.cos(angle), 330 * np.sin(angle), 1000.0
+
+
+@contextmanager
+def turning(bench, limit_deg, start):
+    """An arm whose shoulder turns that far either way, at some angles; with its recording."""
+    wide = replace(bench, arm=replace(bench.arm, limits_deg=((-limit_deg, limit_deg), (-155.0, 155.0))))
+    with connect("virtual://arm") as arm:
+        arm.set_limits(wide.arm.limits_deg)
+        arm.home()
+        arm.move_to(JointAngles(*start))
+        yield wide, arm
+
+
+@pytest.mark.parametrize("limit_deg", [165.0, 180.0])
+def test_the_shoulder_never_swings_round_to_a_ball_that_is_followed(bench, limit_deg):
+    """The ball goes over the limit of the shoulder, where the arm would have to come from the other end of its range."""
+    with turning(bench, limit_deg, (-130, -90)) as (wide, arm):
+        follower = Follower(arm, wide)
+        steps, links, _ = zip(*led(wide, arm, follower, round_the_shoulder, 5.5), strict=True)
+        said = [step.said for step in steps]
+        assert "follows" in said and said[-1] == WRONG_SIDE
+        assert max(pose.theta1_deg for pose in links) < -100
+        follower.steer(None, arm.line.clock())  # it is covered for a moment
+        last = list(led(wide, arm, follower, lambda t: round_the_shoulder(5.5), 4.0))[-1]
+        assert last[0].said == "follows" and 20 < last[2] < 35
+
+
+def test_no_way_that_leads_through_the_ball_is_taken(bench):
+    """Neither elbow is free from here; with the ball elsewhere one is."""
+    with turning(bench, 165.0, (-135, 25)) as (wide, arm):
+        follower = Follower(arm, wide)
+        steps = [step for step, _, _ in led(wide, arm, follower, lambda t: (-70.0, -209.0, 1000.0), 0.5)]
+        assert steps[-1].said == IN_THE_WAY and not any(step.wanted for step in steps)
+        moved = list(led(wide, arm, follower, lambda t: (-200.0, -209.0, 1000.0), 3.0))[-1]
+        assert moved[0].said == "follows" and 20 < moved[2] < 35
+
+
+def test_a_ball_that_comes_back_into_the_plane_elsewhere_is_not_swept_away(bench):
+    with turning(bench, 165.0, (60, 60)) as (wide, arm):
+        follower, places = Follower(arm, wide), [(330.0, 0.0, 1000.0), (0.0, 330.0, 940.0), (-250.0, 0.0, 1000.0)]
+        steps, _, gaps = zip(*led(wide, arm, follower, lambda t: places[min(int(t), 2)], 4.0), strict=True)
+        assert [words for words in ("follows", WRONG_SIDE) if words in {s.said for s in steps}] == [
+            "follows",
+            WRONG_SIDE,
+        ]
+        assert min(gaps) > 20
+
+
 class Recorder:
     """In place of an arm: writes down what it is asked for."""
 
@@ -169,6 +233,15 @@ def test_the_arm_slows_towards_its_limits(bench):
     follower = Follower(Recorder(), bench)
     paces = [follower._percent(JointAngles(angle, 90)) for angle in (0, 150, 157.5, 164, -165)]
     assert paces == pytest.approx([100, 100, 50, 20, 20])
+
+
+@pytest.mark.parametrize("half_turn", [180.0, -180.0])
+def test_of_two_turns_within_the_limits_the_nearer_one_is_taken(bench, half_turn):
+    wide = replace(bench, arm=replace(bench.arm, limits_deg=((-200.0, 200.0), (-155.0, 155.0))))
+    start, beyond = JointAngles(half_turn, 90), Follower(Recorder(), wide).beyond_mm
+    for theta1 in (half_turn - 10, half_turn + 10):
+        ball = Position(*wide.arm.extended(beyond).forward(JointAngles(theta1, 90)), 1000.0)
+        assert Follower(Recorder(), wide)._poses(ball, start)[0].theta1_deg == pytest.approx(theta1)
 
 
 def test_it_follows_by_a_learners_own_inverse(bench, localizer):

@@ -26,13 +26,15 @@ SLOW_DEG, LEAST_PERCENT = 15.0, 20.0  # so near to a limit the arm gets slower, 
 ANSWERS_S = 0.03  # until an order is with the arm and its joints answer it
 MOST_BETWEEN_S = 0.1  # two orders; half of that time, too, an order lies ahead
 LOOK_S = 0.02  # how far apart two places are looked at to tell how fast the joints must turn
-WRONG_SIDE = (
-    "a joint is at its limit: cover the ball for a moment (a card on a stick), and the arm comes from the other side"
-)
+FARTHEST_DEG = 90.0  # the shoulder's turn to a ball that is followed: farther is a sweep round
+TOUCH_MM = 1.0  # an arm that the ball touches may come so much nearer to it where it draws back
+UNDER_WAY = 0.5  # of the ball's radius: a way under way is left only where it leads clearly through the ball
+WRONG_SIDE = "the arm would have to swing round: cover the ball for a moment (a card on a stick), and it comes anew"
+IN_THE_WAY = "the arm would sweep through the ball: move the ball to another place"
 
 
-class _WrongSideError(UnreachableTargetError):
-    """A place that the arm reaches with its elbow on the other side only."""
+class _NoWayError(UnreachableTargetError):
+    """A place that the arm reaches, but should not go to from where it is."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,9 @@ class Follower:
     """Keeps the hand of an arm at a ball, a little before its surface, with the forearm pointing at its middle.
 
     A ball that is out of reach, or more than its radius off the plane in which the hand moves, is not followed; a step says so.
-    The elbow stays on one side as long as one ball is followed: to change over, the whole arm would sweep through the ball.
+    The elbow stays on one side as long as one ball is followed, and the shoulder does not swing round: the whole arm would sweep
+    through the ball, or through whoever holds it. Nor does the arm set off to a ball by a way that leads through it, unless a
+    function of your own says so.
 
     Parameters
     ----------
@@ -114,7 +118,7 @@ class Follower:
         self._brakes = [arm.get(joint, "acc") for joint in (1, 2)]
         self._edges = [arm.get(joint, "counts") for joint in (1, 2)]
         self._in_a_row, self._steers, self._before_s = 0, False, math.inf
-        self._side = 0  # on which the elbow is: the sign of θ2, chosen anew for each ball
+        self._wanted: JointAngles | None = None  # what this ball was followed with last: it holds the elbow's side
 
     def steer(self, track: Track | None, now_s: float) -> Step:
         """Send the arm where the ball is, or will be.
@@ -136,8 +140,8 @@ class Follower:
             try:
                 wanted = self._aim(track, now_s, reached)
                 said = "follows"
-            except _WrongSideError:
-                said = WRONG_SIDE
+            except _NoWayError as error:
+                said = str(error)
             except UnreachableTargetError:
                 said = "the ball is out of reach"
         if wanted is None and self._steers:
@@ -160,7 +164,7 @@ class Follower:
         """Why this ball is not followed; empty where it is."""
         self._in_a_row = 0 if track is None else self._in_a_row + track.seen
         if track is None:
-            self._side = 0
+            self._wanted = None
             return "no ball"
         if not self.follows:
             return "following is switched off"
@@ -176,8 +180,7 @@ class Follower:
         between_s = min(max(now_s - self._before_s, 0.0), MOST_BETWEEN_S)
         ready_s, self._before_s = now_s + ANSWERS_S + between_s / 2, now_s
         ball = self._ball_at(track, ready_s)
-        self._side = self._side or self._free_side(ball, reached)
-        wanted = self._angles(ball)
+        wanted = self._wanted = self._free_pose(ball, reached)
         goal = self._where_it_could_stop(wanted, track, ready_s) if self._runs_on else wanted
         percent = self._percent(goal)
         self._steers = True  # from here on: whatever interrupts the order may leave the arm on its way
@@ -192,30 +195,46 @@ class Follower:
         places = zip(_place(track.position), track.velocity_mm_s, strict=True)
         return Position(*(_yours(self.predict, "predict", 1, p, v, ahead_s)[0] for p, v in places))
 
-    def _free_side(self, ball, reached):
-        """The side of the elbow from which the arm comes to a ball without sweeping through it; of two, the one with more room."""
-        place = _place(ball)
+    def _free_pose(self, ball, reached):
+        """The pose with the hand before a ball to which the arm comes without sweeping through it; of two, the one with more room."""
+        poses = self._poses(ball, self._wanted if self._steers else reached)
+        free = [pose for pose in poses if self.inverse is not None or self._is_free(reached, pose, _place(ball))]
+        if not free:
+            raise _NoWayError(IN_THE_WAY)
+        return max(free, key=self._room_deg)
 
-        def free(pose):
-            return self.stands.clearance_mm((reached, pose), *place) > self.radius_mm, self._room_deg(pose)
+    def _is_free(self, reached, pose, place):
+        """Whether the links keep off a ball on their way, or come no nearer where it touches them."""
+        least_mm = self.radius_mm * (UNDER_WAY if self._steers else 1.0)
+        here_mm, way_mm = (self.stands.clearance_mm((reached, end), *place) for end in (reached, pose))
+        return way_mm > min(least_mm, here_mm - TOUCH_MM)
 
-        return 1 if max(self.stands.solutions(*place, beyond_mm=self.beyond_mm), key=free).theta2_deg >= 0 else -1
-
-    def _angles(self, ball):
-        """The pose with the hand before a ball, its elbow on the side that was chosen for it."""
-        poses = self.stands.solutions(*_place(ball), beyond_mm=self.beyond_mm)
+    def _poses(self, ball, start):
+        """The poses with the hand before a ball; once it is followed, those that are near to ``start`` and on the elbow's side."""
+        poses = [self._turned(pose, start) for pose in self.stands.solutions(*_place(ball), beyond_mm=self.beyond_mm)]
         if self.inverse is not None:
             x, y, _ = self.stands.in_arm(*_place(ball)).tolist()
-            return JointAngles(*_yours(self.inverse, "inverse", 2, x, y))
-        poses = [pose for pose in poses if pose.theta2_deg * self._side >= 0]
-        if not poses:
-            raise _WrongSideError(WRONG_SIDE)
-        return poses[0]
+            poses = [JointAngles(*_yours(self.inverse, "inverse", 2, x, y))]
+            self.arm.goals_deg(poses[0])  # refuses what is beyond a limit
+        if self._wanted is None:
+            return poses
+        side = self._wanted.theta2_deg
+        near = [p for p in poses if p.theta2_deg * side >= 0 and abs(p.theta1_deg - start.theta1_deg) <= FARTHEST_DEG]
+        if not near:
+            raise _NoWayError(WRONG_SIDE)
+        return near
+
+    def _turned(self, pose, start):
+        """The same pose with θ1 a whole turn more or less, where that is nearer and within the limits."""
+        low, high = self.stands.limits_deg[0]
+        turns = [pose.theta1_deg + whole for whole in (-360.0, 0.0, 360.0)]
+        allowed = [turn for turn in turns if low <= turn <= high] or [pose.theta1_deg]
+        return JointAngles(min(allowed, key=lambda turn: abs(turn - start.theta1_deg)), pose.theta2_deg)
 
     def _where_it_could_stop(self, wanted, track, ready_s):
         """A profile brakes before its goal. With its goal so far beyond, it passes the wanted angles at the ball's speed."""
         try:
-            later = self._angles(self._ball_at(track, ready_s + LOOK_S))
+            later = self._poses(self._ball_at(track, ready_s + LOOK_S), wanted)[0]
             speeds = [turn / LOOK_S for turn in _turns(wanted, later)]
             ways = [speed * abs(speed) / (2 * brakes) for speed, brakes in zip(speeds, self._brakes, strict=True)]
             goal = JointAngles(wanted.theta1_deg + ways[0], wanted.theta2_deg + ways[1])
@@ -311,4 +330,4 @@ def _told(values):
 
 
 def _turns(start, end):
-    return math.remainder(end.theta1_deg - start.theta1_deg, 360), end.theta2_deg - start.theta2_deg
+    return end.theta1_deg - start.theta1_deg, end.theta2_deg - start.theta2_deg
