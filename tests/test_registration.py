@@ -185,10 +185,59 @@ def test_a_switch_on_another_side_is_found(turned):
     assert np.abs(found.values[5:7]).max() <= 180
 
 
+def test_it_is_told_the_way_up():
+    """Tilted by half a turn, turned by half a turn and with another zero it would stand at the same places."""
+    true = TOLD.moved([0, 0, 0, 1, -1, 105, 150, 0, 0])
+    found = Registration.fit(ARM, 1000.0, POSES, places(true))
+    assert found.values == pytest.approx(true.values, abs=1e-4)
+    assert "Joint 1 stands +105.0" in found.differences(ARM)[0]
+
+
+def test_joints_that_both_turn_the_wrong_way_are_told_and_their_zeros_are_not():
+    found = Registration.fit(ARM, 1000.0, POSES, places(TOLD, -POSES))
+    (said,) = found.differences(ARM)
+    assert "Both joints turn the other way" in said
+
+
+STILL = np.tile((100.0, 50.0, 1000.0), (len(POSES), 1))
+SCATTER = np.random.default_rng(0).normal(0, 0.5, STILL.shape)
+NO_ARM = [
+    (places(TOLD, POSES * [1, -1]) + SCATTER, "Joint 2 turns the other way"),
+    (places(TOLD, POSES * [-1, 1]), "Joint 1 turns the other way"),
+    (places(TOLD, POSES[:, ::-1]) + SCATTER, "joints are exchanged"),
+    (STILL, "did the hand hold the ball"),
+    (STILL + SCATTER, "did the hand hold the ball"),
+    (places(TOLD, POSES * [1, 0]) + SCATTER, "do not fit an arm"),  # the elbow does not turn
+    (np.vstack([places(TOLD)[:8], STILL[8:]]), r"stay \d+ mm apart"),  # the ball fell out
+]
+
+
+@pytest.mark.parametrize(("seen", "words"), NO_ARM, ids=range(len(NO_ARM)))
+def test_places_that_fit_no_arm_are_told_with_their_cause(seen, words):
+    with pytest.raises(StereoLabError, match=words):
+        Registration.fit(ARM, 1000.0, POSES, seen)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ((None, places(TOLD), 1.0), "two angles and a place"),
+        ((POSES, "a", 1.0), "Expected numbers"),
+        ((POSES, places(TOLD), "a"), "Expected numbers"),
+        ((POSES, places(TOLD), [1, 2]), "as many standard deviations"),
+        ((POSES, places(TOLD), np.inf), "above zero"),
+        ((POSES, places(TOLD), -1.0), "above zero"),
+    ],
+)
+def test_what_is_no_number_is_told(given, words):
+    with pytest.raises(StereoLabError, match=words):
+        Registration.fit(ARM, 1000.0, *given)
+
+
 def test_places_that_no_arm_has_are_refused():
     rng = np.random.default_rng(0)
-    with pytest.raises(StereoLabError, match="do not fit an arm|far a place"):
-        Registration.fit(ARM, 1000.0, POSES, rng.uniform(-1e4, 1e4, (len(POSES), 3)), 0.0)
+    with pytest.raises(StereoLabError, match="do not fit an arm"):
+        Registration.fit(ARM, 1000.0, POSES, rng.uniform(-1e4, 1e4, (len(POSES), 3)))
 
 
 @pytest.mark.parametrize(

@@ -44,6 +44,21 @@ def as_numbers(values: ArrayLike) -> np.ndarray:
         raise StereoLabError(f"Expected numbers, in rows of one length; got {reprlib.repr(values)}.") from None
 
 
+def for_each(values: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
+    """Standard deviations for each coordinate of some points: one for all, one for each direction, or each its own.
+
+    Raises
+    ------
+    StereoLabError
+        If they are no numbers, or not as many.
+    """
+    numbers = as_numbers(values)
+    try:
+        return np.broadcast_to(numbers, shape)
+    except ValueError:
+        raise StereoLabError(f"Expected as many standard deviations as points, {shape}; got {numbers.shape}.") from None
+
+
 def as_arrays(function: Callable) -> Callable:
     """The same function, but that what it gives is an array."""
 

@@ -6,7 +6,6 @@ switch, its links by a millimetre. The hand takes the ball to some poses, the ca
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,19 +15,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stereo_lab.common.files import check_format, finite_number, read_json, write_json
+from stereo_lab.common.vectors import as_numbers, for_each
 from stereo_lab.errors import StereoLabError
 from stereo_lab.kinematics.angles import JointAngles, wrap
+from stereo_lab.kinematics.standing import NAMES, UNITS, covariance_of, fitted, places_of, rotation, slopes_of, upright
 from stereo_lab.kinematics.two_link import TwoLinkArm
 
-NAMES = ("shoulder x", "shoulder y", "shoulder depth", "turned", "tilted", "zero 1", "zero 2", "link 1", "link 2")
-UNITS = ("mm", "mm", "mm", "deg", "deg", "deg", "deg", "mm", "mm")
 LEAST_POSES = 6  # nine numbers, three from each place; more of them tell how far to trust the rest
-ROUNDS = 50
-TURNS_DEG = (0.0, 90.0, -90.0, 180.0)  # by which a joint's zero may be off
-BESIDE_HAND = 0.02  # of the reach: an arm that is found is not farther off, on average
-FAR_OFF = 1e5  # mm or degrees: no arm
 SURE = 3.0  # standard deviations that make a difference one
 WORTH_MM, WORTH_DEG = 1.0, 0.3  # less than that nobody mends
+BEHIND_DEG = 90.0  # a plane turned farther is seen from its back
 LOOKED_DEG = 2.0  # so far a joint turns between two looks at where the links are: the hand moves by less than a ball
 
 
@@ -78,22 +74,22 @@ class Registration:
             With fewer than six poses, something in them that is no number, poses that do not tell the nine numbers apart, or
             places that fit no arm.
         """
-        angles, places = np.asarray(angles_N2, float), np.asarray(places_N3, float)
-        if len(angles) < LEAST_POSES or angles.shape != (len(places), 2) or places.shape[1:] != (3,):
+        angles, places = as_numbers(angles_N2), as_numbers(places_N3)
+        shapes = angles.shape, places.shape
+        if not (angles.ndim == 2 and len(angles) >= LEAST_POSES and shapes == ((len(angles), 2), (len(angles), 3))):
             raise StereoLabError(
-                f"Expected {LEAST_POSES} poses or more, each with two angles and a place; got {len(places)}."
+                f"Expected {LEAST_POSES} poses or more, each with two angles and a place, (N, 2) and (N, 3); got {shapes[0]} and {shapes[1]}."
             )
         if not (np.isfinite(angles).all() and np.isfinite(places).all()):
             raise StereoLabError("An angle or a place of a pose is no finite number.")
-        with np.errstate(divide="ignore"):
-            weights = 1 / np.broadcast_to(np.asarray(sigmas_N3, float), places.shape).ravel()
-        if not np.isfinite(weights).all():
+        spreads = for_each(sigmas_N3, places.shape)
+        if not (np.isfinite(spreads).all() and (spreads > 0).all()):
             raise StereoLabError("How far a place may be off must be a number above zero.")
-        told = cls.told(arm, depth_mm).values
-        _covariance(_slopes(told, angles))  # poses that tell too little are told before anything is fitted
-        values = _fitted(told, angles, places, weights)
-        covariance = _covariance(_slopes(values, angles) * weights[:, None])
-        residuals = places - _places(values, angles)
+        told, weights = cls.told(arm, depth_mm).values, 1 / spreads.ravel()
+        covariance_of(slopes_of(told, angles))  # poses that tell too little are told before anything is fitted
+        values = fitted(told, angles, places, spreads)
+        covariance = covariance_of(slopes_of(values, angles) * weights[:, None])
+        residuals = places - places_of(values, angles)
         spread = np.sum((residuals.ravel() * weights) ** 2) / max(residuals.size - len(values), 1)
         # No surer than the places agree; and the same two cameras err alike at all of them: they tell no more than as many
         # numbers as there are to find.
@@ -149,7 +145,7 @@ class Registration:
 
     def place(self, angles: JointAngles) -> np.ndarray:
         """Where the hand is at some angles of the joints: x, y, depth in mm."""
-        return _places(self.values, np.array([[angles.theta1_deg, angles.theta2_deg]], float))[0]
+        return places_of(self.values, np.array([[angles.theta1_deg, angles.theta2_deg]], float))[0]
 
     def solutions(self, x_mm: float, y_mm: float, depth_mm: float, beyond_mm: float = 0.0) -> list[JointAngles]:
         """The angles of the joints that bring the hand to a place, or as near as its plane lets it.
@@ -176,7 +172,7 @@ class Registration:
 
     def in_arm(self, x_mm: float, y_mm: float, depth_mm: float) -> np.ndarray:
         """A place of the bench frame as the arm has it: x and y in the plane of its hand, from its shoulder, and z before it, mm."""
-        return _rotation(*self.values[3:5]).T @ _upright(np.array([x_mm, y_mm, depth_mm]) - self.values[:3])
+        return rotation(*self.values[3:5]).T @ upright(np.array([x_mm, y_mm, depth_mm]) - self.values[:3])
 
     def clearance_mm(self, way: Sequence[JointAngles], x_mm: float, y_mm: float, depth_mm: float) -> float:
         """How near the middles of the links come to a place, seen along the axles, while the joints turn from pose to pose.
@@ -212,8 +208,14 @@ class Registration:
         """
         told = dict(zip(NAMES, (0, 0, 0, 0, 0, 0, 0, arm.l1_mm, arm.l2_mm), strict=True))
         said = []
+        if abs(wrap(self.values[3])) > BEHIND_DEG:
+            told["zero 1"] = 180.0
+            said.append(
+                "Both joints turn the other way than the cameras see it: is the arm's back to them, or are both motors and their "
+                "encoders connected the wrong way round?"
+            )
         for name, unit, value, sigma in zip(NAMES, UNITS, self.values, self.sigmas, strict=True):
-            off = value - told[name]
+            off = value - told[name] if unit == "mm" else float(wrap(value - told[name]))
             worth = WORTH_MM if unit == "mm" else WORTH_DEG
             if name.startswith("link") and abs(off) > max(SURE * sigma, worth):
                 said.append(
@@ -227,75 +229,7 @@ class Registration:
         return said
 
 
-def _upright(place):
-    """x, y and depth as a right-handed x, y, z: z points to the cameras."""
-    return place * np.array([1.0, 1.0, -1.0])
-
-
-def _rotation(turned_deg, tilted_deg):
-    """First about the horizontal of the arm's plane, then about the vertical."""
-    a, b = np.radians([turned_deg, tilted_deg])
-    turned = np.array([[np.cos(a), 0, np.sin(a)], [0, 1, 0], [-np.sin(a), 0, np.cos(a)]])
-    tilted = np.array([[1, 0, 0], [0, np.cos(b), -np.sin(b)], [0, np.sin(b), np.cos(b)]])
-    return turned @ tilted
-
-
-def _places(values, angles_N2):
-    """Where the hand is, (N, 3)."""
-    shoulder, turned, tilted, zeros, links = values[:3], values[3], values[4], values[5:7], values[7:]
-    one, both = np.radians(angles_N2[:, 0] + zeros[0]), np.radians(angles_N2.sum(axis=1) + zeros.sum())
-    flat = np.column_stack([np.cos(one), np.sin(one), np.cos(both), np.sin(both)])
-    inside = np.column_stack(
-        [links[0] * flat[:, 0] + links[1] * flat[:, 2], links[0] * flat[:, 1] + links[1] * flat[:, 3]]
-    )
-    return shoulder + _upright(inside @ _rotation(turned, tilted)[:, :2].T)
-
-
 def _off(places, links_N2):
     """How far places, seen from where a link begins, are from it, (N,)."""
     along = np.clip(np.sum(places * links_N2, axis=1) / np.sum(links_N2**2, axis=1), 0, 1)
     return np.linalg.norm(places - along[:, None] * links_N2, axis=1)
-
-
-def _fitted(told, angles, places, weights):
-    """The nine values by Gauss-Newton steps: from the zeros as they are told, else from such as a switch on another side makes."""
-    best, least = None, np.inf
-    for turned in itertools.product(TURNS_DEG, repeat=2):
-        values = told + np.array([0, 0, 0, 0, 0, *turned, 0, 0])
-        for _ in range(ROUNDS):
-            slopes = _slopes(values, angles) * weights[:, None]
-            step = np.linalg.lstsq(slopes, (places - _places(values, angles)).ravel() * weights, rcond=None)[0]
-            values = values + step
-            if np.abs(step).max() < 1e-9 or not np.abs(values).max() < FAR_OFF:
-                break
-        off_mm = float(np.linalg.norm(places - _places(values, angles), axis=1).mean())
-        if values[7:].min() > 0 and np.abs(values).max() < FAR_OFF and off_mm < least:
-            best, least = values, off_mm
-        if least < BESIDE_HAND * told[7:].sum():
-            break
-    if best is None:
-        raise StereoLabError(
-            "The places do not fit an arm of two links, wherever it stands. Is it homed, are its links as told, and did the hand hold the ball?"
-        )
-    best[5:7] = wrap(best[5:7])
-    return best
-
-
-def _slopes(values, angles_N2):
-    """How the places change with each value, (3N, 9): by a small step of each."""
-    step = 1e-4
-    return np.column_stack([
-        (_places(values + step * unit, angles_N2) - _places(values - step * unit, angles_N2)).ravel() / (2 * step)
-        for unit in np.eye(len(values))
-    ])  # fmt: skip
-
-
-def _covariance(slopes):
-    """Of the values; poses that leave one of them open are told."""
-    _, sizes, ways = np.linalg.svd(slopes / np.linalg.norm(slopes, axis=0), full_matrices=False)
-    if sizes[-1] < 1e-3 * sizes[0]:
-        open_ = NAMES[int(np.abs(ways[-1]).argmax())]
-        raise StereoLabError(
-            f"These poses do not tell {open_}: bend the elbow both ways, and hold the hand high, low, left and right."
-        )
-    return np.linalg.inv(slopes.T @ slopes)

@@ -235,7 +235,8 @@ class Follower:
         """A profile brakes before its goal. With its goal so far beyond, it passes the wanted angles at the ball's speed."""
         try:
             later = self._poses(self._ball_at(track, ready_s + LOOK_S), wanted)[0]
-            speeds = [turn / LOOK_S for turn in _turns(wanted, later)]
+            turns = later.theta1_deg - wanted.theta1_deg, later.theta2_deg - wanted.theta2_deg
+            speeds = [turn / LOOK_S for turn in turns]
             ways = [speed * abs(speed) / (2 * brakes) for speed, brakes in zip(speeds, self._brakes, strict=True)]
             goal = JointAngles(wanted.theta1_deg + ways[0], wanted.theta2_deg + ways[1])
             self.arm.goals_deg(goal)
@@ -327,7 +328,3 @@ def _yours(function, name, count, *values):
 
 def _told(values):
     return "(" + ", ".join(f"{value:.4g}" for value in values) + ")"
-
-
-def _turns(start, end):
-    return end.theta1_deg - start.theta1_deg, end.theta2_deg - start.theta2_deg
