@@ -185,12 +185,16 @@ def test_a_switch_on_another_side_is_found(turned):
     assert np.abs(found.values[5:7]).max() <= 180
 
 
-def test_it_is_told_the_way_up():
-    """Tilted by half a turn, turned by half a turn and with another zero it would stand at the same places."""
-    true = TOLD.moved([0, 0, 0, 1, -1, 105, 150, 0, 0])
+@pytest.mark.parametrize(
+    "off",
+    [(0, 0, 0, 3, -4, -105, -150, 0, 0), (10, -5, 5, -2, 3, 100, 170, 2, -1), (10, -5, 5, 1, -1, -105, -150, 2, -1)],
+)
+def test_it_is_told_the_way_up(off):
+    """Tilted by half a turn more, turned by half a turn and with another zero it would stand at the same places."""
+    true = TOLD.moved(off)
     found = Registration.fit(ARM, 1000.0, POSES, places(true))
     assert found.values == pytest.approx(true.values, abs=1e-4)
-    assert "Joint 1 stands +105.0" in found.differences(ARM)[0]
+    assert f"Joint 1 stands {off[5]:+.1f}" in found.differences(ARM)[0]
 
 
 def test_joints_that_both_turn_the_wrong_way_are_told_and_their_zeros_are_not():
