@@ -13,10 +13,8 @@ NAMES = ("shoulder x", "shoulder y", "shoulder depth", "turned", "tilted", "zero
 UNITS = ("mm", "mm", "mm", "deg", "deg", "deg", "deg", "mm", "mm")
 ROUNDS = 50
 TURNS_DEG = (0.0, 90.0, -90.0, 180.0)  # by which a joint's zero may be off
-BESIDE_HAND, DEVIATIONS = (
-    0.02,
-    3.0,
-)  # of the reach, or of what the places may be off: no arm that is found is farther off, on average
+# An arm that is found is no farther off, on average: of its reach, or standard deviations of the places
+BESIDE_HAND, DEVIATIONS = 0.02, 3.0
 SHORTEST = 0.2  # of a link as it is told: what comes out shorter is none
 FAR_OFF = 1e5  # mm or degrees: no arm
 
