@@ -85,6 +85,16 @@ def test_a_real_arm_is_not_moved(tmp_path):
     assert "2 cells were run" in said(cell)
 
 
+def test_an_arm_that_is_closed_or_connected_anew_is_homed_again(tmp_path):
+    make = "from stereo_lab.arm import connect\narm = connect()"
+    begins, ask = LESSON[2].source, "print(arm.homed)"
+    sources = [make, "_ = arm.home()  # this moves the arm", begins, "arm.close()", begins, ask, make, begins, ask]
+    cells = run([new_code_cell(source) for source in sources], tmp_path)
+    assert said(cells[2]) == "Sitting 2: all that comes before is there. Go on.\n"
+    for again, asked in ((4, 5), (7, 8)):
+        assert "2 cells were run" in said(cells[again]) and said(cells[asked]) == "True\n"
+
+
 def test_a_cell_that_is_not_saved_and_a_lesson_that_is_not_there(tmp_path):
     (cell,) = run(LESSON[2:3], tmp_path, LESSON[:2])
     assert "No cell of 42_lesson.ipynb as it was last saved begins sitting 2. Save it" in said(cell)

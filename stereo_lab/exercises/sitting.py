@@ -18,6 +18,8 @@ MOVES = "this moves the arm"  # what stands in every cell of which an arm moves
 def catch_up(lesson: str, sitting: int) -> None:
     """Run the code cells above this one again, where that has not been done yet; their outputs are not shown.
 
+    So it is where they home an arm that is closed by now, or was connected anew.
+
     Answers are part of their cells, so they count as they stand in the notebook as it was last saved. A real arm is not moved: then
     a sentence says to run those cells one by one.
 
@@ -37,10 +39,20 @@ def catch_up(lesson: str, sitting: int) -> None:
     except StereoLabError as error:
         print(error)
         return
-    if set().union(*map(_made_by, cells)) <= set(shell.user_ns):
+    if set().union(*map(_made_by, cells)) <= set(shell.user_ns) and not _arm_is_lost(shell.user_ns, cells):
         print(translated(f"Sitting {sitting}: all that comes before is there. Go on."))
         return
     print("\r" + translated(f"Sitting {sitting}: {_run_again(shell, cells)}"))
+
+
+def _arm_is_lost(names: dict[str, Any], cells: list[str]) -> bool:
+    """Whether the cells home an arm, and the one that is there is not: its port was closed, or opened anew."""
+    if not any("arm.home()" in cell for cell in cells):
+        return False
+    try:
+        return not names["arm"].homed
+    except (StereoLabError, KeyError, AttributeError):  # closed, gone, or something else by that name
+        return True
 
 
 def _run_again(shell: Any, cells: list[str]) -> str:
