@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 WEIGHING_POSES = ((0, 0), (60, 30), (120, -40), (90, 90), (30, 100), (150, -100))  # both links up, sideways and down
 LEAST_POSES = 4
 ROOM_DEG = 30.0  # a calibration that starts so near the middle has room enough
+HANGS_DEG = -90.0  # of a link, to the horizon
 
 
 def must_be_homed(arm: Arm, why: str) -> None:
@@ -36,15 +37,28 @@ def calibrate(arm: Arm, joint: int) -> MotorCalibration:
         arm.home()
     if not any(arm.get(j, name) for j in (1, 2) for name in ("g1", "g2")):
         weigh(arm)
-    low, high = arm.limits_deg[joint - 1]
-    middle = (low + high) / 2
-    if abs(arm.status().position_deg[joint - 1] - middle) > ROOM_DEG:
-        arm._switch_on()
-        arm.run(f"MV {joint} {middle:.3f}")
+    stands = arm.status().position_deg
+    for j, place in _places_deg(arm.limits_deg, joint).items():
+        if abs(stands[j - 1] - place) > ROOM_DEG:
+            arm._switch_on()
+            arm.run(f"MV {j} {place:.3f}")
     push = lambda volts, seconds: arm.push(joint, volts + _weight_v(arm, joint), seconds)
     found = calibrate_motor(push, arm.supply_v[joint - 1] - abs(_weight_v(arm, joint)))
     arm.use(joint, found)
     return found
+
+
+def _places_deg(limits_deg, joint):
+    """Where to calibrate a joint: in the middle of its range, and the shoulder with a forearm that hangs.
+
+    Stretched the arm is more sluggish, and heavier; each calibration of the shoulder would find another time constant.
+    """
+    low, high = limits_deg[joint - 1]
+    places = {joint: (low + high) / 2}
+    if joint == 1:
+        low, high = limits_deg[1]
+        places[2] = min(max(HANGS_DEG - places[1], low), high)
+    return places
 
 
 def weigh(arm: Arm) -> tuple[WeightFit, WeightFit]:
