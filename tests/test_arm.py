@@ -434,18 +434,30 @@ def test_a_push_beyond_the_supply_is_refused(arm):
 
 
 def test_unknown_port_is_named_with_what_there_is():
-    for name in ("/dev/ttyNOPE", "COM77", "nonsense://arm", "socket://127.0.0.1:1"):
+    for name in ("/dev/ttyNOPE", "COM77", "nonsense://arm", "virtual:/arm", "socket://127.0.0.1:1"):
         with pytest.raises(ArmError) as caught:
             connect(name)
-        assert name in str(caught.value) and "Traceback" not in str(caught.value)
+        assert name in str(caught.value) and "Errno" not in str(caught.value)
     assert ports()[0][0] == "virtual://arm"
 
 
+@pytest.mark.parametrize("port", [3, None, b"COM3"])
+def test_what_is_no_port_is_told(port):
+    with pytest.raises(StereoLabError, match="name of a port in quotes, such as .*; got "):
+        connect(port)
+
+
 @pytest.mark.parametrize(
-    "url", ["virtual://leg", "virtual://arm?speed=3", "virtual://arm?noise=2", "virtual://arm?stall=3"]
-)
-def test_virtual_arm_names_options_it_does_not_know(url):
-    with pytest.raises(ArmError, match="virtual://arm"):
+    ("url", "words"),
+    [
+        ("virtual://leg", "expected virtual://arm"), ("virtual://arm?speed=3", "no option 'speed'"),
+        ("virtual://arm?noise=2", "from 0 to below 1; got noise=2"), ("virtual://arm?stall=3", "1, 2, or both .*got stall=3"),
+        ("virtual://arm?load_g=2000", "grams, from 0 to 1000; got load_g=2000"), ("virtual://arm?load_g=-5", "from 0 to 1000"),
+        ("virtual://arm?seed=-1", "seed should be a whole number from 0 on; got seed=-1"),
+    ],
+)  # fmt: skip
+def test_virtual_arm_names_what_its_options_should_be(url, words):
+    with pytest.raises(ArmError, match=words):
         connect(url)
 
 
@@ -547,6 +559,17 @@ def test_unplugged_in_mid_move_is_told_and_leaving_does_not_raise():
         arm.move_to(JointAngles(160.0, 0.0))
     arm.close()
     assert not arm.port.is_open
+
+
+def test_the_time_of_an_unplugged_arm_goes_on():
+    arm = connect("virtual://arm?unplugged=0.5")
+    arm.command("EN 1")
+    arm.command("MV 1 160 30")
+    arm.port.sleep(2.0)
+    assert 10 < arm.port.link_deg[0] < 30 and arm.port.at_rest  # its watchdog stopped it
+    with pytest.raises(ArmError, match="is gone"):
+        arm.status()
+    arm.close()
 
 
 def test_an_arm_that_falls_silent_in_mid_move_raises_within_a_second_and_stops_by_itself():
@@ -777,6 +800,14 @@ def test_a_joint_is_calibrated_wherever_it_stands():
         arm.move_to(JointAngles(0.0, 100.0))
         arm.disable()
         assert arm.calibrate(2).speed_per_volt > 0
+
+
+def test_a_shoulder_calibrated_twice_has_about_the_same_time_constant():
+    """The calibration of the elbow leaves the arm stretched: more sluggish, and heavier."""
+    with connect("virtual://arm") as arm:
+        arm.home()
+        taus = [arm.calibrate(joint).time_constant_s for _ in range(4) for joint in (1, 2)][::2]
+        assert max(taus) < 1.25 * min(taus)
 
 
 def test_a_glitch_on_a_home_switch_is_no_switch():

@@ -125,6 +125,20 @@ def test_bad_elbow_lengths_and_limits_are_named():
         TwoLinkArm(250, 200, ((10, -10), (0, 90)))
 
 
+@pytest.mark.parametrize("forgotten", [((-90, 90), (-120, 120)), ((-90, 90),), (90,), (((90, -90), (-120, 120)),)])
+def test_limits_without_their_inner_brackets_are_told(forgotten):
+    with pytest.raises(StereoLabError, match=r"Expected \(low, high\) .* as in \(\(-90, 90\), \(-120, 120\)\); got"):
+        TwoLinkArm(250, 200, *forgotten)
+
+
+def test_what_is_no_weight_and_no_angles_is_told():
+    with pytest.raises(StereoLabError, match="Expected an ArmWeight .*got 3"):
+        TwoLinkArm(250, 200, ((-90, 90), (-120, 120)), 3)
+    for ask in (BENCH.forward, BENCH.within_limits, BENCH.jacobian):
+        with pytest.raises(StereoLabError, match=r"Expected JointAngles.*got \(10, 20\)"):
+            ask((10, 20))
+
+
 def test_solutions_keep_to_the_limits():
     arm = TwoLinkArm(250, 200, ((-90, 90), (-150, 150)))
     assert len(arm.solutions(300, 100)) == 2

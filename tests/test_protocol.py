@@ -66,6 +66,19 @@ def test_commands_that_would_not_be_one_line_are_refused(bad):
         wire.encode_command(bad, 1)
 
 
+@pytest.mark.parametrize(
+    "text, says",
+    [
+        ("MV 2 \u221230", "'\u2212' in it is none; the minus of the keyboard is -"),
+        ("MV 2 30°", "'°' in it"),
+        (5, "in quotes.*got 5"),
+    ],
+)
+def test_what_is_wrong_in_a_command_is_named(text, says):
+    with pytest.raises(StereoLabError, match=says):
+        wire.encode_command(text, 1)
+
+
 @pytest.mark.parametrize("word", ["nan", "inf", "1e3", "", "-", "1.", ".5", "12345678", "0x1", "1,5", "--1"])
 def test_only_plain_decimal_numbers_are_read(word):
     with pytest.raises(wire.ProtocolError, match="argument"):

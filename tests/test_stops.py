@@ -34,6 +34,11 @@ def test_the_meaning_stands_below_pythons_own_words(run, cell, said):
     assert said in printed.splitlines()[-1] and printed.splitlines()[-1].startswith("That means: ")
 
 
+def test_nothing_is_added_to_the_kits_own_sentences(run):
+    done, printed = run("""bench.arm.forward(("'tuple'", 20))""")
+    assert "Expected JointAngles(theta1_deg, theta2_deg), got (" in printed and "That means" not in printed
+
+
 def test_nothing_is_added_where_nothing_is_known(run):
     done, printed = run("raise RuntimeError('of another kind')")
     assert done.error_in_exec and "That means" not in printed

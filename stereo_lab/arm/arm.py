@@ -14,7 +14,7 @@ from stereo_lab.arm import protocol as wire
 from stereo_lab.arm.line import AGAIN_S, GIVE_UP_S, SerialLine, open_port
 from stereo_lab.arm.stops import Stops
 from stereo_lab.errors import ArmError, RefusedError, StereoLabError, UnreachableTargetError
-from stereo_lab.kinematics import JointAngles
+from stereo_lab.kinematics.angles import JointAngles, must_be_angles
 from stereo_lab.motion import MotorCalibration, WeightFit
 
 ASK_S = 0.1  # how often a moving arm is asked how it is; this also feeds its watchdog
@@ -52,7 +52,11 @@ def connect(port: str | serial.SerialBase = "virtual://arm", baud_rate: int = wi
     ------
     ArmError
         If the port cannot be opened, or nothing behind it speaks the arm's protocol.
+    StereoLabError
+        If it is neither a name nor a port.
     """
+    if not isinstance(port, str) and not (hasattr(port, "read") and hasattr(port, "write")):
+        raise StereoLabError(f'Expected the name of a port in quotes, such as "virtual://arm" or "COM3"; got {port!r}.')
     opened = open_port(port, baud_rate) if isinstance(port, str) else port
     arm = Arm(opened)
     try:
@@ -154,8 +158,7 @@ class Arm:
         UnreachableTargetError
             Beyond a limit, or not a number.
         """
-        if not isinstance(angles, JointAngles):
-            raise StereoLabError(f"Expected JointAngles(theta1_deg, theta2_deg), got {angles!r}.")
+        must_be_angles(angles)
         goals = []
         for joint, (angle, (low, high)) in enumerate(
             zip((angles.theta1_deg, angles.theta2_deg), self.limits_deg, strict=True), start=1
@@ -322,7 +325,8 @@ class Arm:
         """Measure a motor by pushing it to and fro, some tens of degrees, and tell the controller.
 
         An arm that is not homed is homed first, and one that is not weighed is weighed: friction is what is left of a
-        voltage when the weight is known. A joint that stands far from the middle of its range is driven there.
+        voltage when the weight is known. A joint that stands far from the middle of its range is driven there, and for
+        the shoulder an elbow that does not let the forearm hang is bent.
 
         Returns
         -------

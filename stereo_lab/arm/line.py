@@ -81,7 +81,7 @@ def _why_not(name, error):
         return f"{name} may not be opened by this user, or is in use. On Linux join the group dialout and log in again."
     if number == errno.ECONNREFUSED:
         return f"Nobody listens at {name}. Start the program that serves the arm first."
-    if name.startswith("virtual:") or str(error).startswith(("servo", "expected")):
+    if str(error).startswith(("virtual://", "servo", "expected")):
         return f"{name}: {error}." if name.startswith("feetech:") else f"{error}."
     there = ", ".join(port for port, _ in ports())
     return f"There is no port {name} here. There are: {there}. Is the cable plugged in at both ends?"

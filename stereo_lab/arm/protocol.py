@@ -34,6 +34,7 @@ PARAMETERS = {
 }  # fmt: skip
 HELD = "held"  # what holds a joint in its place, volts: GET alone
 NUMBER = re.compile(r"-?\d{1,7}(\.\d{1,6})?")
+MINUSES = "\u2212\u2013\u2014"  # of a printed page: they look like the keyboard's
 NO_CHARACTER = re.compile(r"[^\t -~]")
 
 
@@ -149,11 +150,17 @@ def encode_command(text: str, number: int | None = None, checksum: bool = True) 
     Raises
     ------
     StereoLabError
-        If the line would be longer than LINE_MAX, or is not plain ASCII on one line.
+        If it is no text, would be longer than LINE_MAX, or is not plain ASCII on one line.
     """
+    if not isinstance(text, str):
+        raise StereoLabError(f'A command is a line in quotes, such as "MV 2 -30"; got {text!r}.')
     line = text.strip() if number is None else f"N{number} {text.strip()}"
-    if not line.isascii() or not line.isprintable() or "*" in line:
-        raise StereoLabError(f"A command is one line of plain letters without *; got {text!r}.")
+    for sign in line:
+        if not sign.isascii() or not sign.isprintable() or sign == "*":
+            why = "; the minus of the keyboard is -" if sign in MINUSES else ""
+            raise StereoLabError(
+                f"A command is one line of plain letters without *; got {text!r}, and {sign!r} in it is none{why}."
+            )
     line = seal(line) if checksum else line
     if len(line) > LINE_MAX:
         raise StereoLabError(f"A command has {LINE_MAX} characters at most; this line has {len(line)}: {line!r}.")

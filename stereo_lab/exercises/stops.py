@@ -5,6 +5,7 @@ from __future__ import annotations
 from types import TracebackType
 from typing import Any
 
+from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises.language import translated
 from stereo_lab.exercises.wording import meaning_of
 
@@ -31,6 +32,8 @@ def _say(
 
 def _meaning(error: Exception) -> str:
     """What an error of a cell means; "" where Python's own words, or the kit's, must do."""
+    if isinstance(error, StereoLabError):
+        return ""
     known = meaning_of(error).replace("above your function", "in a cell above")
     if known or not isinstance(error, NameError) or isinstance(error, UnboundLocalError):
         return known

@@ -27,6 +27,17 @@ class JointAngles:
     theta2_deg: float | np.ndarray
 
 
+def must_be_angles(angles: JointAngles) -> None:
+    """Refuse what is no JointAngles, such as a pair of numbers.
+
+    Raises
+    ------
+    StereoLabError
+    """
+    if not isinstance(angles, JointAngles):
+        raise StereoLabError(f"Expected JointAngles(theta1_deg, theta2_deg), got {angles!r}.")
+
+
 def within(angles_deg: Sequence[ArrayLike], limits_deg: Sequence[tuple[float, float]]) -> bool | np.ndarray:
     """Whether each of some angles is within its limits: bool, or an array of them."""
     fine: bool | np.ndarray = True

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stereo_lab.errors import StereoLabError, UnreachableTargetError
-from stereo_lab.kinematics.angles import JointAngles, points, within, wrap
+from stereo_lab.kinematics.angles import JointAngles, must_be_angles, points, within, wrap
 from stereo_lab.kinematics.weight import ArmWeight
 
 ROUNDING = 1e-12  # how far a cosine may leave -1..1 by rounding alone
@@ -28,7 +28,7 @@ class TwoLinkArm:
     Raises
     ------
     StereoLabError
-        If a length is not above zero, or a lower limit not below the upper one.
+        If a length is not above zero, a lower limit not below the upper one, or the weight none.
     """
 
     l1_mm: float
@@ -39,8 +39,12 @@ class TwoLinkArm:
     def __post_init__(self):
         if not all(isinstance(link, Real) and np.isfinite(link) and link > 0 for link in (self.l1_mm, self.l2_mm)):
             raise StereoLabError(f"Expected two links longer than 0 mm; got {self.l1_mm} and {self.l2_mm}.")
-        if len(self.limits_deg) != 2 or not all(low < high for low, high in self.limits_deg):
-            raise StereoLabError(f"Expected (low, high) in degrees for each of two joints; got {self.limits_deg}.")
+        if not _are_limits(self.limits_deg):
+            raise StereoLabError(
+                f"Expected (low, high) in degrees for each of two joints, as in ((-90, 90), (-120, 120)); got {self.limits_deg}."
+            )
+        if not isinstance(self.weight, ArmWeight):
+            raise StereoLabError(f"Expected an ArmWeight behind the limits, or nothing; got {self.weight!r}.")
 
     @property
     def reach_mm(self) -> tuple[float, float]:
@@ -57,7 +61,13 @@ class TwoLinkArm:
         Returns
         -------
         x_mm, y_mm : float or ndarray
+
+        Raises
+        ------
+        StereoLabError
+            If the angles are no JointAngles.
         """
+        must_be_angles(angles)
         theta1, theta12 = np.radians(angles.theta1_deg), np.radians(np.add(angles.theta1_deg, angles.theta2_deg))
         x_mm = self.l1_mm * np.cos(theta1) + self.l2_mm * np.cos(theta12)
         y_mm = self.l1_mm * np.sin(theta1) + self.l2_mm * np.sin(theta12)
@@ -152,6 +162,7 @@ class TwoLinkArm:
 
     def within_limits(self, angles: JointAngles) -> bool | np.ndarray:
         """Whether joint angles are within the limits: bool, or an array of them."""
+        must_be_angles(angles)
         return within((angles.theta1_deg, angles.theta2_deg), self.limits_deg)
 
     def jacobian(self, angles: JointAngles) -> np.ndarray:
@@ -192,6 +203,15 @@ class TwoLinkArm:
             f"The point ({x:.1f}, {y:.1f}) mm is {distance:.1f} mm from the shoulder; "
             f"the hand reaches from {near:.1f} to {far:.1f} mm. It is {gap:.3g} mm out of reach."
         )
+
+
+def _are_limits(limits_deg):
+    """Whether these are two pairs of numbers, the lower one first in each."""
+    try:
+        (low1, high1), (low2, high2) = limits_deg
+        return bool(low1 < high1 and low2 < high2)
+    except (TypeError, ValueError):
+        return False
 
 
 def _span(limits):

@@ -66,10 +66,11 @@ class VirtualPort(SerialBase):
         for name, word in given.items():
             if name not in options:
                 raise SerialException(f"virtual://arm has no option {name!r}; it has {OPTIONS}")
+            read, should_be = READ[name]
             try:
-                options[name] = READ[name](word)
+                options[name] = read(word)
             except (KeyError, ValueError):
-                raise SerialException(f"virtual://arm: {name}={word} cannot be understood") from None
+                raise SerialException(f"virtual://arm: {name} should be {should_be}; got {name}={word}") from None
         if options["motors"] is None:
             options["motors"] = "random" if "seed" in given else "bench"
         return options
@@ -83,9 +84,10 @@ class VirtualPort(SerialBase):
         return time.monotonic() - self._start if self._realtime else self._ticks * TICK_S
 
     def sleep(self, seconds: float) -> None:
-        """Let time pass on the arm's clock."""
+        """Let time pass on the arm's clock, which goes on where its cable is pulled as well."""
         with self._lock:
-            self._check()
+            if not self.is_open:
+                raise PortNotOpenError()
             self._run(round(seconds / TICK_S))
 
     def _catch_up(self):
@@ -249,6 +251,12 @@ def _arm(options):
     return replace(BENCH_ARM, weight=replace(BENCH_ARM.weight, load_g=options["load_g"]))
 
 
+def _seed(word):
+    if int(word) < 0:
+        raise ValueError(word)
+    return int(word)
+
+
 def _grams(word):
     if not 0 <= float(word) <= 1000:
         raise ValueError(word)
@@ -275,8 +283,10 @@ def _joints(word):
     return frozenset({"1": 1, "2": 2}[part] for part in word.split(","))
 
 
-READ = {
-    "realtime": lambda word: {"0": False, "1": True}[word], "seed": int, "motors": _motor_name,
-    "load_g": _grams, "noise": _part,
-    "silent": _seconds, "unplugged": _seconds, "reset": _seconds, "stall": _joints, "runaway": _joints,
+SECONDS, JOINTS = (_seconds, "a number of seconds, from 0 to below 1000000"), (_joints, "1, 2, or both as 1,2")
+READ = {  # what reads an option, and what it should be
+    "realtime": (lambda word: {"0": False, "1": True}[word], "0 or 1"), "seed": (_seed, "a whole number from 0 on"),
+    "motors": (_motor_name, "bench, equal or random"), "load_g": (_grams, "a number of grams, from 0 to 1000"),
+    "noise": (_part, "a part of the bytes, from 0 to below 1"),
+    "silent": SECONDS, "unplugged": SECONDS, "reset": SECONDS, "stall": JOINTS, "runaway": JOINTS,
 }  # fmt: skip
