@@ -12,6 +12,7 @@ from stereo_lab.common.vectors import as_numbers
 from stereo_lab.errors import StereoLabError
 
 STEPS = 60
+STRAIGHT = 1000  # d0 farther off than so many times what the samples span: to them the curve is a straight line
 NO_CURVE = "No curve a/(d − d0) + c comes near these samples: look at their depths and disparities."
 
 
@@ -97,7 +98,7 @@ class OffsetDepth:
         ------
         StereoLabError
             If there are fewer than three samples at different depths, a disparity is not above zero, or no such curve
-            falls as depth does with disparity.
+            falls as depth does with disparity and bends as it does.
         """
         d, depth = _samples(disparity_px_N, depth_mm_N)
         a, c = np.linalg.lstsq(np.column_stack([1 / d, np.ones_like(d)]), depth, rcond=None)[0]
@@ -112,7 +113,7 @@ class OffsetDepth:
             step = np.linalg.lstsq(terms * weight[:, None], error * weight, rcond=None)[0]
             step *= min(1.0, 0.5 * gap.min() / max(abs(step[1]), 1e-12))  # never past the nearest sample
             a, d0, c = a + step[0], d0 + step[1], c + step[2]
-        if a <= 0:
+        if a <= 0 or (d - d0).min() > STRAIGHT * np.ptp(d):
             raise StereoLabError(NO_CURVE)
         return cls(float(a), float(d0), float(c), a / (d - d0) + c - depth)
 

@@ -15,9 +15,11 @@ from numpy.typing import ArrayLike
 from stereo_lab.common.vectors import as_numbers, cross
 from stereo_lab.errors import StereoLabError
 
-STEPS = 12
+STEPS, HALVINGS = 50, 30  # of a fit, and of one step of it; most fits need five steps and no halving
+STILL = 1e-6  # radians, and mm: a step so small ends a fit
 TINY = 1e-9  # keeps the equations solvable where a fit needs every sample
 HUBER = 2.5  # standard deviations beyond which a sample counts less
+BESIDE = 3.0  # standard deviations: samples that lie beside one line by less, RMS, do not tell the turn about it
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,8 +89,8 @@ class RigidFit:
         Raises
         ------
         StereoLabError
-            With fewer than three points, something in them that is no number, all of them on one line, or sigmas that are
-            not theirs.
+            With fewer than three points, something in them that is no number, all of them on one line as far as their
+            sigmas tell, or sigmas that are not theirs.
         """
         camera, bench = as_numbers(camera_Nx3), as_numbers(bench_Nx3)
         if camera.shape != bench.shape or camera.ndim != 2 or camera.shape[1] != 3 or len(camera) < 3:
@@ -97,18 +99,19 @@ class RigidFit:
             )
         if not (np.isfinite(camera).all() and np.isfinite(bench).all()):
             raise StereoLabError("A coordinate of a point is no finite number.")
-        for points in (camera, bench):
-            spread = np.linalg.svd(points - points.mean(0), compute_uv=False)
-            if spread[1] <= 1e-3 * spread[0]:
-                raise StereoLabError("All samples lie on one line: move the ball sideways as well as in depth.")
         sigma = _for_each(1.0 if sigma_Nx3 is None else as_numbers(sigma_Nx3), camera.shape)
         if not (np.isfinite(sigma).all() and (sigma > 0).all()):
             raise StereoLabError("Standard deviations of points must be numbers above zero.")
-        (rotation, shift), scale = kabsch(camera, bench), 1.0
+        if _on_one_line(camera, bench, 0 * sigma if sigma_Nx3 is None else sigma):
+            raise StereoLabError("All samples lie on one line: move the ball sideways as well as in depth.")
+        samples, pose = (camera, bench, sigma), (*kabsch(camera, bench), 1.0)
         for _ in range(STEPS):
-            gain, variance, away = _gain(camera, bench, sigma, rotation, shift, scale, free_scale)
+            gain, variance, away = _gain(*samples, *pose, free_scale)
             step = np.einsum("kni,ni->k", gain, away)
-            rotation, shift, scale = cv2.Rodrigues(step[:3])[0] @ rotation, shift + step[3:6], scale + step[6]
+            pose, moved = _downhill(samples, pose, step)
+            if not moved:
+                break
+        rotation, shift, scale = pose
         residuals = scale * camera @ rotation.T + shift - bench
         scale_sigma = 0.0
         if free_scale:
@@ -134,6 +137,35 @@ def kabsch(camera: np.ndarray, bench: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return rotation, bench.mean(0) - rotation @ camera.mean(0)
 
 
+def _on_one_line(camera, bench, sigma):
+    """Whether all samples lie on one line, or beside it by no more than nothing but their errors may put them."""
+    along = np.linalg.svd(camera - camera.mean(0), full_matrices=False)[2][0]
+    unsure = np.median(np.sqrt(sigma**2 @ (1 - along**2)))  # of each sample, across the line
+    spreads = (np.linalg.svd(points - points.mean(0), compute_uv=False) for points in (camera, bench))
+    return any(s[1] <= max(1e-3 * s[0], BESIDE * unsure * np.sqrt(len(camera))) for s in spreads)
+
+
+def _downhill(samples, pose, step):
+    """A pose after a step, halved until the cost is no higher; and whether it moved. A full step may miss where one sample is wrong."""
+    before = _cost(*samples, *pose)
+    for _ in range(HALVINGS):
+        if np.abs(step).max() < STILL:
+            break
+        rotation, shift, scale = pose
+        stepped = cv2.Rodrigues(step[:3])[0] @ rotation, shift + step[3:6], scale + step[6]
+        if _cost(*samples, *stepped) <= before:
+            return stepped, True
+        step = step / 2
+    return pose, False
+
+
+def _cost(camera, bench, sigma, rotation, shift, scale):
+    """What a fit makes small: squares of how far off samples are, in standard deviations; far outliers count less (Huber)."""
+    away = (bench - scale * camera @ rotation.T - shift) @ rotation / sigma
+    far = np.sqrt((away**2).sum(1) / 3)
+    return np.where(far < HUBER, far**2, HUBER * (2 * far - HUBER)).sum()
+
+
 def _gain(camera, bench, sigma, rotation, shift, scale, free_scale):
     """One Gauss-Newton step with each point's own uncertainty; far outliers count less (Huber).
 
@@ -144,6 +176,7 @@ def _gain(camera, bench, sigma, rotation, shift, scale, free_scale):
     far = np.sqrt(np.einsum("ni,nij,nj->n", away, inverse, away) / 3)
     weight = inverse * np.minimum(1.0, HUBER / np.maximum(far, 1e-12))[:, None, None]
     slopes = _slopes(camera, rotation, scale)
+    slopes[:, :, :3] = -cross(bench - shift)  # the weights turn with the fit: so the cost falls along every step
     pulls = slopes.transpose(0, 2, 1) @ weight
     free = slice(0, 7 if free_scale else 6)
     variance = np.zeros((7, 7))

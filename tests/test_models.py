@@ -1,11 +1,14 @@
 """Position and depth: made truth, recovered."""
 
+import re
+
+import cv2
 import numpy as np
 import pytest
 
-from stereo_lab.depth import IdealDepth, OffsetDepth, PaperDepth
+from stereo_lab.depth import NO_CURVE, IdealDepth, OffsetDepth, PaperDepth
 from stereo_lab.errors import StereoLabError
-from stereo_lab.position import LineFit, RigidFit
+from stereo_lab.position import HUBER, LineFit, RigidFit, kabsch
 
 RNG = np.random.default_rng(5)
 
@@ -66,6 +69,16 @@ def test_offset_depth_counts_its_errors_in_pixels():
         assert in_pixels(fit.a + nudge[0], fit.d0 + nudge[1], fit.c + nudge[2]) > best
 
 
+@pytest.mark.parametrize(
+    ("d", "depth"),
+    [([138.3, 83.0, 55.3, 41.5], [600, 1500, 1500, 2000]), ([10, 20, 30, 40], [2000, 1900, 1700, 1000])],
+)
+def test_depths_that_bend_the_other_way_have_no_curve(d, depth):
+    """The nearest one is a straight line, which a/(d − d0) + c comes to where d0 runs away."""
+    with pytest.raises(StereoLabError, match=re.escape(NO_CURVE)):
+        OffsetDepth.fit(d, depth)
+
+
 @pytest.mark.parametrize("model", [PaperDepth, OffsetDepth])
 def test_negative_disparity_is_named(model):
     with pytest.raises(StereoLabError, match="swapped"):
@@ -74,8 +87,6 @@ def test_negative_disparity_is_named(model):
 
 def test_rigid_fit_recovers_a_motion_and_ignores_one_blunder():
     angle = np.radians([178, 3, -2])
-    import cv2
-
     rotation = cv2.Rodrigues(angle)[0]
     camera = RNG.uniform([-400, -300, 500], [400, 300, 2000], (14, 3))
     bench = camera @ rotation.T + [10, 140, 1000]
@@ -96,6 +107,42 @@ def test_rigid_fit_refuses_a_line_of_points():
         RigidFit.fit(cloud, np.tile([0.0, 100.0, 1000.0], (6, 1)))  # a table whose first row was copied down
     with pytest.raises(StereoLabError, match="above zero"):
         RigidFit.fit(cloud, cloud, np.zeros((6, 3)))
+
+
+@pytest.mark.parametrize("along", [[1.0, 0, 0], [0, 0.6, 0.8]])
+def test_rigid_fit_refuses_a_line_with_errors_and_takes_one_ball_beside_it(along):
+    """Errors put samples beside their line, which tells nothing of the turn about it: such places were decimetres off."""
+    sigma, across = np.array([0.6, 0.6, 1.2]), np.cross(along, [0, 1, 0])
+    row = np.outer(np.linspace(-300, 300, 7), along) + [0, 0, 1000]
+    one_beside = row + np.outer(np.arange(7) == 3, 30 * across)
+    for seed in range(30):
+        errors, rounded = np.random.default_rng(seed).normal(0, [[sigma] * 7, [[0.5] * 3] * 7])
+        with pytest.raises(StereoLabError, match="one line"):
+            RigidFit.fit(row + errors, np.rint(row + rounded), sigma)
+        fit = RigidFit.fit(one_beside + errors, np.rint(one_beside + rounded), sigma)
+        assert np.abs(fit.predict([[0, 100, 1000]]) - [0, 100, 1000]).max() < 35
+
+
+@pytest.mark.parametrize("count", [4, 5, 6, 8])
+def test_rigid_fit_ends_where_no_small_move_is_better_though_one_sample_is_wrong(count):
+    sigma = np.array([0.6, 0.6, 3.0])
+
+    def cost(rotation, shift):
+        """Squares of how far off samples are in the cameras' own standard deviations, beyond HUBER of them straight on."""
+        far = np.sqrt((((bench - shift) @ rotation - camera) ** 2 / sigma**2).sum(1) / 3)
+        return np.where(far < HUBER, far**2, HUBER * (2 * far - HUBER)).sum()
+
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        camera = rng.uniform([-300, -200, 800], [300, 200, 1900], (count, 3))
+        bench = camera + rng.normal(0, sigma, camera.shape)
+        bench[0, 0] += 200
+        fit = RigidFit.fit(camera, bench, sigma)
+        reached = cost(fit.rotation, fit.shift_mm)
+        for turn, shift in np.vstack([np.eye(6), -np.eye(6)]).reshape(-1, 2, 3):
+            moved = cv2.Rodrigues(0.002 * turn)[0] @ fit.rotation, fit.shift_mm + shift
+            assert reached < 1.001 * cost(*moved)
+        assert reached <= cost(*kabsch(camera, bench))
 
 
 WORDS = ["near", "far", "far away"]
