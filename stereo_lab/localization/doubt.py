@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stereo_lab.calibration import StereoCalibration
+from stereo_lab.detection import Detection
 from stereo_lab.position import RigidFit
 
-CENTER_SIGMA_PX = 0.03  # how well a ball's centre is known, where no detection tells
+CENTER_SIGMA_PX = 0.03  # how well a ball's centre is known, raw px, where no detection tells
 RULER_SIGMA_MM = 0.6  # a ruler read to whole millimetres
 SQUARE_SIGMA = 0.002  # of its length: a printer's squares, measured over the whole board with a ruler
 MISFIT = 6.0  # standard deviations: samples that are off by so much even then tell of no scale
@@ -46,6 +47,20 @@ def far_off(names: Iterable[str], off_Nx3: Iterable[ArrayLike], sigmas: Iterable
     return {name: off[name] for name in sorted(off, key=lambda name: -off[name]) if off[name] > FAR_OFF}
 
 
+def stretch(calibration: StereoCalibration, ball: Detection, side: str) -> float:
+    """Rectified pixels that one raw pixel becomes, at this ball of the "left" or "right" picture."""
+    ends = calibration.rectify_points(np.array(ball.center_px) + [[-0.5, 0], [0.5, 0]], side)
+    return float(np.linalg.norm(ends[1] - ends[0]))
+
+
+def center_sigmas(calibration: StereoCalibration, left: Detection, right: Detection) -> list[float]:
+    """Standard deviations of both centres, rectified px; detections of one's own making need not tell them."""
+    return [
+        stretch(calibration, ball, side) * (CENTER_SIGMA_PX if ball.sigma_px is None else ball.sigma_px)
+        for ball, side in ((left, "left"), (right, "right"))
+    ]
+
+
 def pixel_sigma(
     calibration: StereoCalibration, points: np.ndarray, centers_Nx2: ArrayLike = (CENTER_SIGMA_PX, CENTER_SIGMA_PX)
 ) -> np.ndarray:
@@ -58,7 +73,7 @@ def pixel_sigma(
     ----------
     calibration : StereoCalibration
     points : ndarray, shape (N, 3), mm, in the rectified left frame
-    centers_Nx2 : array, standard deviations of the ball's centre in the left and the right picture, px
+    centers_Nx2 : array, standard deviations of the ball's centre in the left and the right picture, rectified px
     """
     left, right = np.asarray(centers_Nx2, float).T
     depth = points[:, 2]
@@ -102,7 +117,7 @@ class Doubt:
     ) -> tuple[float, float, float] | None:
         """Standard deviations of x, y and depth of one point of the rectified left frame; None where not known.
 
-        ``centers_px``: those of the ball's centre in the left and the right picture, px.
+        ``centers_px``: those of the ball's centre in the left and the right picture, rectified px.
         """
         if self.calibration.covariance is None:
             return None

@@ -11,7 +11,15 @@ from stereo_lab.calibration import StereoCalibration
 from stereo_lab.detection import HUES, BallColor, BallDetector, Detection
 from stereo_lab.errors import CalibrationError, StereoLabError
 from stereo_lab.localization.background import backgrounds_of
-from stereo_lab.localization.doubt import CENTER_SIGMA_PX, RULER_SIGMA_MM, Doubt, far_off, fit_bench, pixel_sigma
+from stereo_lab.localization.doubt import (
+    CENTER_SIGMA_PX,
+    RULER_SIGMA_MM,
+    Doubt,
+    center_sigmas,
+    far_off,
+    fit_bench,
+    pixel_sigma,
+)
 from stereo_lab.localization.matching import ROW_PX, find_pair, size_errors, surer
 from stereo_lab.localization.samples import check_enough
 from stereo_lab.localization.sphere import one_sphere
@@ -70,7 +78,7 @@ class ConeWay:
             _check_rows(recording, calibration, detectors, named.values())
         check_enough(found, missed, 3, recording, color)
         points = _triangulate(calibration, *zip(*found, strict=True))
-        centers = [_center_sigmas(*pair) for pair in found]
+        centers = [center_sigmas(calibration, *pair) for pair in found]
         sigma = np.hypot(pixel_sigma(calibration, points, centers), RULER_SIGMA_MM)
         rigid = fit_bench(points, np.array(places), sigma)
         doubt = Doubt.of(calibration, rigid, points, centers)
@@ -114,10 +122,10 @@ class ConeWay:
         point = _triangulate(self.calibration, [left], [right])
         if not (np.isfinite(point).all() and point[0, 2] > 0):
             return None
-        return self.on_bench(point, _center_sigmas(left, right))
+        return self.on_bench(point, center_sigmas(self.calibration, left, right))
 
     def on_bench(self, point_1x3: ArrayLike, centers_px: ArrayLike = (CENTER_SIGMA_PX, CENTER_SIGMA_PX)) -> Position:
-        """A point of the rectified left camera, mm, as a place on the bench; centres known so well, px."""
+        """A point of the rectified left camera, mm, as a place on the bench; centres known so well, rectified px."""
         x, y, z = self.rigid.predict(point_1x3)[0]
         return Position(float(x), float(y), float(self.arm_depth_mm - z), self.doubt.sigma_mm(point_1x3, centers_px))
 
@@ -146,11 +154,6 @@ def _marked_by_itself(calibration, color, diameter, named, backgrounds, detector
         f"marked itself in its {len(learned.marks)} surest pictures in {len(again[1])}: that colour is used."
     )
     return *again, told
-
-
-def _center_sigmas(left, right):
-    """Standard deviations of both centres, px; detections of one's own making need not tell them."""
-    return [CENTER_SIGMA_PX if d.sigma_px is None else d.sigma_px for d in (left, right)]
 
 
 def _triangulate(calibration, left, right):

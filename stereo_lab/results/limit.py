@@ -7,6 +7,7 @@ in millimetres it is Z² / (f·B)·sigma_d.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -15,6 +16,7 @@ import numpy as np
 
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.detection import Detection
+from stereo_lab.localization.doubt import stretch
 from stereo_lab.recording import Recording, Sample, StereoPair
 
 SIDES = ("left", "right")
@@ -140,11 +142,5 @@ def disparity_sigma_px(
 ) -> float:
     """sigma_d of one pose: what the noise of both pictures does to the disparity, rectified px."""
     both = zip(SIDES, (pair.left, pair.right), balls, strict=True)
-    sigmas = [_stretch(calibration, b, s) * center_sigma_px(image, b, noise.pictures[s]) for s, image, b in both]
-    return float(np.hypot(*sigmas))
-
-
-def _stretch(calibration, ball, side):
-    """Rectified pixels that one raw pixel becomes, at this ball."""
-    ends = calibration.rectify_points(np.array(ball.center_px) + [[-0.5, 0], [0.5, 0]], side)
-    return np.linalg.norm(ends[1] - ends[0])
+    sigmas = [stretch(calibration, b, s) * center_sigma_px(image, b, noise.pictures[s]) for s, image, b in both]
+    return math.hypot(*sigmas)
