@@ -19,6 +19,7 @@ from stereo_lab.localization import Localizer, disparities, doubt, find_pair, ma
 from stereo_lab.position import RigidFit
 from stereo_lab.recording import open_recording
 from stereo_lab.results import evaluation, figures, report
+from stereo_lab.results.limit import DepthLimit
 from tests.written import assert_as_written
 
 
@@ -312,6 +313,28 @@ def test_a_less_sure_centre_makes_a_less_sure_place(bench_calibration, by_cone):
     assert untold == pytest.approx(by_cone.position(*(replace(d, sigma_px=0.03) for d in (left, right))).sigma_mm)
 
 
+@pytest.mark.parametrize(("toe_deg", "roll_deg"), [(0, 0), (20, 0), (0, 30)])
+def test_a_picture_that_rectification_enlarges_is_less_sure_in_its_pixels(bench_calibration, toe_deg, roll_deg):
+    """Cameras that look toward each other, or are rolled: the scatter of triangulated depths is what is told of it."""
+    turn = cv2.Rodrigues(np.radians([0.0, toe_deg, roll_deg]))[0]
+    cameras = replace(bench_calibration, rotation=turn, translation_mm=turn @ [-300.0, 0, 0])
+    place = np.array([150.0, 60, 800])
+    u, v = (cv2.projectPoints(place, *pose, *cameras.camera(side))[0].ravel() for pose, side in poses_of(cameras))
+    pair = [Detection(*center, 15, 0.9, 0.05) for center in (u, v)]
+    scatter = np.random.default_rng(1).normal(0, 0.05, (2, 2000, 2))
+    points = cameras.triangulate(
+        cameras.rectify_points(u + scatter[0], "left"), cameras.rectify_points(v + scatter[1], "right")
+    )
+    told = doubt.pixel_sigma(cameras, points[:1], [doubt.center_sigmas(cameras, *pair)])
+    assert points[:, 2].std() == pytest.approx(told[0, 2], rel=0.08)
+
+
+def poses_of(cameras):
+    """Turn and shift from the left camera's frame, as OpenCV takes them, and the side."""
+    still = np.zeros(3)
+    return ((still, still), "left"), ((cv2.Rodrigues(cameras.rotation)[0], cameras.translation_mm), "right")
+
+
 @pytest.mark.parametrize(("wrong", "way"), [(1.006, "longer"), (0.994, "shorter")])
 def test_samples_that_contradict_the_squares_are_believed_and_it_is_said(bench, bench_calibration, wrong, way):
     """Squares told 0.6 % wrong move the cameras apart by as much; the samples give it back, to what they know of it."""
@@ -380,6 +403,18 @@ def test_the_papers_own_numbers():
     told = {what: paper for what, paper, *_ in report._evaluation_rows(facts)}
     assert told["depth in the whole volume, mean (95 %) error (mm)"] == "8"
     assert told["x in the arm's plane, mean (95 %) error (mm)"] == "±10"
+
+
+@pytest.mark.parametrize("sigma", [0.0, math.inf])
+def test_pictures_without_noise_or_without_an_outline_tell_no_limit(bench, bench_calibration, sigma):
+    """A program may have smoothed the noise away, or taken one picture again and again: the page comes without that sentence."""
+    sample = bench.judges("volume")[0]
+    limit = DepthLimit((sample.pair.full_name,), np.array([sigma]), np.array([sigma]), "still")
+    found = {"cone": [(sample, replace(sample.reference, sigma_mm=(1.0, 1.0, 1.0)))]}
+    results = evaluation.Results(bench, bench_calibration, "made just now", found=found, limit=limit)
+    assert results.facts()["reached_over_limit"] is None and "The noise of the pictures" not in report.page(results)
+    noisy = replace(results, limit=replace(limit, sigma_d_px=np.array([0.1]), sigma_mm=np.array([1.0])))
+    assert "The noise of the pictures" in report.page(noisy)
 
 
 def test_a_run_goes_on_where_the_papers_way_cannot_be_fitted(bench, bench_calibration, monkeypatch):

@@ -83,16 +83,19 @@ class Results:
         """The limit, and how many times as large the mean depth error reached is."""
         if self.limit is None:
             return dict.fromkeys(("sigma_d_px", "limit_depth_mm", "reached_over_limit", "limits"))
-        errors, _ = self.errors("cone", "volume")
         poses = zip(self.limit.names, self.limit.sigma_d_px.tolist(), self.limit.sigma_mm.tolist(), strict=True)
         return {
             "sigma_d_px": _number(np.median(self.limit.sigma_d_px)),
             "limit_depth_mm": _number(self.limit.mean_mm),
-            "reached_over_limit": _number(np.abs(errors[:, 2]).mean() / self.limit.mean_mm)
-            if self.limit.mean_mm
-            else None,
+            "reached_over_limit": self._over_limit(),
             "limits": {name: {"sigma_d_px": _number(px), "sigma_mm": _number(mm)} for name, px, mm in poses},
         }
+
+    def _over_limit(self):
+        """How many times as large as the limit the mean depth error is; None where the pictures tell no limit."""
+        errors, _ = self.errors("cone", "volume")
+        tells = 0 < self.limit.mean_mm < np.inf
+        return _number(np.abs(errors[:, 2]).mean() / self.limit.mean_mm) if tells else None
 
     def _evaluation_facts(self, method):
         facts = {}

@@ -90,7 +90,7 @@ def sentences(results: Results) -> list[str]:
             f"and fitting a cone and triangulating gives {ours:.1f} mm."
         )
     unlike = _far_off(results.found.get("cone", []))
-    if results.limit is not None and not unlike:
+    if results.limit is not None and facts["reached_over_limit"] is not None and not unlike:
         said.append(
             f"The noise of the pictures (from the set {results.limit.source}) moves a disparity by {facts['sigma_d_px']:.3f} px: "
             f"that alone would leave {facts['limit_depth_mm']:.2f} mm of depth. What is reached is "
