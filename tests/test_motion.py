@@ -153,6 +153,27 @@ def test_a_motor_that_does_not_turn_or_turns_the_wrong_way_is_named():
         DirectionFit.fit(1.0, [2, 2], [0.1, 0.2], [10, 20])
 
 
+def test_a_stiff_motor_is_named_and_not_the_pushes_that_nobody_made():
+    """Where almost all of the supply goes into friction, all pushes are alike, and the fit would be a guess."""
+    told = calibrate_motor(push_of(Motor(dead_band_v=(4.6, 4.6))), 6.0)
+    assert told.speed_per_volt == pytest.approx(75, rel=0.02)
+    with pytest.raises(StereoLabError, match=r"takes 5\.64 V of 6\.00 V .* Does it rub"):
+        calibrate_motor(push_of(Motor(dead_band_v=(0.4, 4.9))), 6.0)
+
+
+@pytest.mark.parametrize("told", [math.nan, None, "fast"])
+def test_a_rule_that_gives_no_voltage_is_named(told):
+    rule = lambda left, *_: 3.0 if left > 45 else told
+    with pytest.raises(StereoLabError, match=rf"4\d\.\d degrees to go it gave {told!r}"):
+        drive(Motor(), SlowDownRule(Tuning(), 0, 90, rule=rule))
+
+
+@pytest.mark.parametrize("longest_s", [0, -1, 0.001, math.nan, math.inf])
+def test_a_move_has_time_for_a_look_at_the_encoder(longest_s):
+    with pytest.raises(StereoLabError, match="longest_s is"):
+        drive(Motor(), SlowDownRule(Tuning(), 0, 90), longest_s)
+
+
 def test_slow_down_rule_has_three_parts():
     assert [slow_down_volts(left, 5, 3.0, 1.5) for left in (20, 5.1, 5, 0.1, 0, -3)] == [3, 3, 1.5, 1.5, 0, 0]
 

@@ -13,6 +13,9 @@ from stereo_lab.motion.motors import Motor, advance, encoder_count
 
 # A controller acts every 2 ms, and no gear motor takes a second: pushes that do not tell τ end at one of them
 TAU_S = 0.002, 1.0
+# Pushes to fit: volts above the lowest that turns the joint, as far as the supply goes, and seconds
+PUSHES = (0.5, 0.15), (0.5, 0.3), (1.0, 0.15), (1.0, 0.25), (1.4, 0.2)
+LEAST_ROOM_V = 0.6  # by so much is the supply above that lowest voltage, else all pushes are alike
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,11 +174,16 @@ def calibrate_motor(push: Callable[[float, float], float], supply_v: float, leas
     Raises
     ------
     StereoLabError
-        If the motor does not turn, or turns the wrong way.
+        If the motor does not turn, turns the wrong way, or only with almost all that the supply has.
     """
     starts = [lowest_voltage(push, way, supply_v, least_deg) for way in (1, -1)]
+    if supply_v - max(starts) < LEAST_ROOM_V:
+        raise StereoLabError(
+            f"It takes {max(starts):.2f} V of {supply_v:.2f} V to turn the joint at all, which leaves too little to measure it with. "
+            "Does it rub on something, or is the supply too weak?"
+        )
     rows: dict[int, list[tuple[float, float, float]]] = {1: [], -1: []}
-    for extra, seconds in ((0.5, 0.15), (0.5, 0.3), (1.0, 0.15), (1.0, 0.25), (1.4, 0.2)):
+    for extra, seconds in PUSHES:
         for way, start in zip((1, -1), starts, strict=True):
             volts = min(start + extra, supply_v)
             rows[way].append((volts, seconds, push(way * volts, seconds)))

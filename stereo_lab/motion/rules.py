@@ -10,10 +10,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
+from stereo_lab.errors import StereoLabError
 from stereo_lab.motion.measuring import MotorCalibration
 from stereo_lab.motion.motors import Motor, advance, encoder_count
 
@@ -196,7 +197,21 @@ class SlowDownRule:
         left = (self.goal_deg - measured_deg) * self.way
         rests = self._rest.ticks(measured_deg) >= REST_TICKS
         self.done = left <= 0 and rests
-        return self.way * self.rule(left, self.zone_deg, self.fast_v, self.slow_v)
+        return self.way * _as_volts(self.rule(left, self.zone_deg, self.fast_v, self.slow_v), left)
+
+
+def _as_volts(told: Any, left_deg: float) -> float:
+    """What a rule asks for as a number, which a rule of one's own need not give."""
+    try:
+        volts = float(told)
+    except (TypeError, ValueError):
+        volts = math.nan
+    if math.isnan(volts):
+        raise StereoLabError(
+            f"Expected a number of volts from the rule; with {left_deg:.1f} degrees to go it gave {told!r}. Does each of its ways "
+            "end in a return with a number?"
+        )
+    return volts
 
 
 class Profile:
@@ -342,7 +357,16 @@ def drive(
     Returns
     -------
     Run
+
+    Raises
+    ------
+    StereoLabError
+        If there is no time for one look at the encoder, or a rule of one's own gives no voltage.
     """
+    if not TICK_S <= longest_s < math.inf:
+        raise StereoLabError(
+            f"Expected a number of seconds after which a move is given up, {TICK_S} or more; longest_s is {longest_s!r}."
+        )
     rng = np.random.default_rng(seed)
     degree = 360 / motor.counts_per_turn
     position, speed = degree / 2, 0.0  # in the middle of a count
