@@ -5,7 +5,7 @@ import pytest
 
 from stereo_lab.localization import Localizer
 from stereo_lab.position import RigidFit
-from stereo_lab.results.grid import FORMULAS, DepthGrid, depth_grid, fair_chances
+from stereo_lab.results.grid import FORMULAS, DepthGrid, _by_way, _middle_of_mask, depth_grid, fair_chances
 
 
 @pytest.fixture(scope="module")
@@ -68,6 +68,17 @@ def test_a_fair_chance_changes_one_thing_at_a_time(second_rig, second, grid):
     assert learned.left_out < 5 and learned.mean_mm < 20  # tight bounds leave the posters out
     assert chances["the first three changes"].mean_mm < learned.mean_mm
     assert chances["all four changes"].mean_mm >= chances["the first three changes"].mean_mm
+
+
+def test_no_picture_is_looked_at_twice_in_one_way(second_rig, second, grid):
+    """The chances ask for pixels that the grid has asked for; only those in learned colours are new to them."""
+    looks = lambda: [way.cache_info().misses for way in (_by_way, _middle_of_mask)]
+    before = looks()
+    depth_grid(second_rig, *second)
+    assert looks() == before
+    fair_chances(second_rig, *second)
+    most = len(second_rig.judges("volume")) + len(second_rig.samples("depth"))
+    assert max(np.subtract(looks(), before)) <= most
 
 
 def test_the_page_tells_what_is_missing():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, cast
 
 import cv2
@@ -12,12 +13,15 @@ import numpy as np
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.depth import IdealDepth, OffsetDepth, PaperDepth
 from stereo_lab.detection import BallColor, BallDetector
+from stereo_lab.errors import StereoLabError
 from stereo_lab.localization import Localizer
 from stereo_lab.localization.paper import PaperWay
 from stereo_lab.position import RigidFit
 from stereo_lab.recording import Recording, Sample
 
 FORMULAS = ("Eq. 3", "Eq. 4, 3 samples", "Eq. 4, all samples", "a/(d−d0)+c, all samples", "rigid fit, all samples")
+
+KEPT = 1024  # looks at a pair that are remembered: the grid and the chances ask for many of them several times
 
 Centers = tuple[np.ndarray, np.ndarray]  # (u, v) in the left and in the right picture, rectified px
 Finder = Callable[[Sample], Centers | None]
@@ -31,7 +35,7 @@ class DepthGrid:
     Attributes
     ----------
     pixels : tuple of str, the rows
-    mean_mm : ndarray, shape (rows, columns); NaN where too few samples were found to fit on
+    mean_mm : ndarray, shape (rows, columns); NaN where too few samples were found to fit on, or no curve comes near them
     judged : int, balls to judge on
     left_out : tuple of int, for each row the balls of which no pixels were found, or another thing's, more than a radius
         from where ours sees the ball: they are counted here and left out of the mean
@@ -148,12 +152,14 @@ class _Scenes:
         return _apart(centers, self.balls[sample.pair]) < self._radius_px_mm / sample.reference.depth_mm
 
 
+@lru_cache(KEPT)
 def _by_way(localizer, sample):
     """The centres of the balls that a way detects."""
     found = localizer.detect(sample.pair.left, sample.pair.right)
     return None if found is None else localizer.calibration.rectify_centers(*found)
 
 
+@lru_cache(KEPT)
 def _middle_of_mask(paper, sample):
     """The centroids of the largest patches between the paper's HLS bounds."""
     centers = []
@@ -186,11 +192,12 @@ def _row(recording: Recording, calibration: StereoCalibration, judges: Seen, sam
     true_mm = np.array([s.reference.depth_mm for s, _ in judges])
     predicted = [IdealDepth(calibration.baseline_mm, calibration.focal_px).predict(_disparities(judges))]
     for formula, chosen in ((PaperDepth, three), (PaperDepth, depth), (OffsetDepth, depth)):
-        if len(chosen) < 3:
+        try:
+            fitted = formula.fit(_disparities(chosen), [s.measured.depth_mm for s, _ in chosen])
+        except StereoLabError:  # too few of them, or no such curve
             predicted.append(np.full(len(judges), np.nan))
-            continue
-        fitted = formula.fit(_disparities(chosen), [s.measured.depth_mm for s, _ in chosen])
-        predicted.append(fitted.predict(_disparities(judges)))
+        else:
+            predicted.append(fitted.predict(_disparities(judges)))
     predicted.append(_by_rigid_fit(recording, calibration, judges, depth))
     return [float(np.abs(depth_mm - true_mm).mean()) for depth_mm in predicted]
 
