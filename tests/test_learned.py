@@ -20,7 +20,9 @@ from stereo_lab.recording import open_recording
 from stereo_lab.recording.marks import read_marks, shots_of, write_marks
 from stereo_lab.results import learned
 from stereo_lab.results.evaluation import reliability
+from tests.test_shape import PACKAGE, imports
 
+DETECTION = PACKAGE / "detection"
 DRAWS, WITH, WITHOUT = 20, 14, 6
 
 
@@ -97,6 +99,16 @@ def test_what_is_kept_of_clutter_is_of_this_program(rooms, bench):
             fresh = look(BallDetector("red", camera=camera), pairs[k].left, frames[k].circle)
             most = np.sort(frames[k].evidence[:, 0])[-3:]  # found again; of the rest a processor may find one more
             assert np.abs(fresh.evidence[:, 0] - most[:, None]).min(1).max() < 0.02
+
+
+def test_what_is_kept_is_of_this_colour_and_of_all_that_evidence_depends_on():
+    recording = open_recording(ROOT / "data" / "clutter")
+    green = replace(recording, ball=replace(recording.ball, color="green"))
+    assert learned._asked(recording, "snaps", None)[2] != learned._asked(green, "snaps", None)[2]
+    other = {"learning", "paper"}  # asked only where the surest thing is wanted, or the paper's
+    for name in learned.LOOK:
+        used = {n.split(".")[2] for n in imports(DETECTION / f"{name}.py") if n.startswith("stereo_lab.detection.")}
+        assert used <= {*learned.LOOK, *other}, name
 
 
 def test_the_fit_finds_the_weights_that_made_the_data():

@@ -26,7 +26,17 @@ from stereo_lab.recording import Recording
 from stereo_lab.recording.places import course
 from stereo_lab.results.evaluation import color_of
 
-LOOK = ("candidates", "color", "cone", "detector", "hough", "judge", "outline")  # what evidence depends on
+LOOK = (
+    "candidates",
+    "color",
+    "cone",
+    "detector",
+    "hough",
+    "judge",
+    "model",
+    "outline",
+    "weights",
+)  # what evidence depends on
 LEAST_WIDE, MOST_SUM = 0.01, 30.0  # a number that is always the same is not divided by zero; beyond it all is certain
 PATCH_PX, PATCH_RADII = 24, 1.5  # a thing made so large, with so many radii round its middle
 
@@ -40,7 +50,7 @@ def frames_of(
     """Everything that may be the ball in each left picture of a set, with the truth for a mark.
 
     It takes a tenth of a second a picture, and is kept: it comes with the shipped clutter, else it lies in the learner's folder.
-    Pictures, camera and program are its key.
+    Pictures, colour, camera and program are its key.
 
     Parameters
     ----------
@@ -73,7 +83,7 @@ def _asked(recording, set_name, camera):
     pairs = recording.pairs(set_name)
     truth = [recording.true_ball(set_name, pair.name) for pair in pairs]
     circles: list[Circle | None] = [tuple(ball["left"]) if ball else None for ball in truth]
-    return pairs, circles, _key([pair.left_path for pair in pairs], camera)
+    return pairs, circles, _key([pair.left_path for pair in pairs], color_of(recording, set_name), camera)
 
 
 def _looked(recording, set_name, camera, progress):
@@ -103,8 +113,9 @@ def _write(path, key, frames):
     write_whole(path, data.getvalue())
 
 
-def _key(paths, camera):
+def _key(paths, color, camera):
     digest = hashlib.sha256(b"" if camera is None else b"".join(np.round(part, 6).tobytes() for part in camera))
+    digest.update(color.encode())
     folder = Path(stereo_lab.detection.__file__).parent
     for path in (*paths, *(folder / f"{name}.py" for name in LOOK)):
         digest.update(read_bytes(path))
