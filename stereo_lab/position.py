@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stereo_lab.common.vectors import as_numbers, cross
+from stereo_lab.common.vectors import as_numbers, cross, for_each
 from stereo_lab.errors import StereoLabError
 
 STEPS, HALVINGS = 50, 30  # of a fit, and of one step of it; most fits need five steps and no halving
@@ -99,7 +99,7 @@ class RigidFit:
             )
         if not (np.isfinite(camera).all() and np.isfinite(bench).all()):
             raise StereoLabError("A coordinate of a point is no finite number.")
-        sigma = _for_each(1.0 if sigma_Nx3 is None else as_numbers(sigma_Nx3), camera.shape)
+        sigma = for_each(1.0 if sigma_Nx3 is None else sigma_Nx3, camera.shape)
         if not (np.isfinite(sigma).all() and (sigma > 0).all()):
             raise StereoLabError("Standard deviations of points must be numbers above zero.")
         if _on_one_line(camera, bench, 0 * sigma if sigma_Nx3 is None else sigma):
@@ -199,14 +199,6 @@ def _slopes(camera, rotation, scale):
     slopes[:, :, 3:6] = np.eye(3)
     slopes[:, :, 6] = turned
     return slopes
-
-
-def _for_each(sigma, shape):
-    """Standard deviations for each coordinate of some points: one for all, one for each direction, or each its own."""
-    try:
-        return np.broadcast_to(sigma, shape)
-    except ValueError:
-        raise StereoLabError(f"Expected as many standard deviations as points, {shape}; got {sigma.shape}.") from None
 
 
 def _same_length(a, b, least):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache
 from typing import Any, cast
 
 import cv2
@@ -20,8 +20,6 @@ from stereo_lab.position import RigidFit
 from stereo_lab.recording import Recording, Sample
 
 FORMULAS = ("Eq. 3", "Eq. 4, 3 samples", "Eq. 4, all samples", "a/(d−d0)+c, all samples", "rigid fit, all samples")
-
-KEPT = 1024  # looks at a pair that are remembered: the grid and the chances ask for many of them several times
 
 Centers = tuple[np.ndarray, np.ndarray]  # (u, v) in the left and in the right picture, rectified px
 Finder = Callable[[Sample], Centers | None]
@@ -108,21 +106,24 @@ def fair_chances(recording: Recording, ours: Localizer, paper: Localizer) -> lis
     pictures = [im for s in scenes.samples for im in ours.calibration.rectify(s.pair.left, s.pair.right)]
     color = BallColor.learned(pictures, recording.ball.color)
     learned = replace(paper, way=replace(cast(PaperWay, paper.way), detector=BallDetector(color, "paper")))
+    circle, middle = cache(_by_way), cache(_middle_of_mask)  # most variants ask for pixels that another has asked for
     changes: dict[str, dict[str, Any]] = {
         "as it stands": {},
         "colour bounds learned from its samples": {"way": learned},
-        "the mask's middle for the circle's": {"find": _middle_of_mask},
+        "the mask's middle for the circle's": {"find": middle},
         "all depth samples for three": {"use": ("fit", "check")},
         "m, n and c not below zero": {"not_below_zero": True},
     }
     for name, count in (("the first three changes", 4), ("all four changes", 5)):
         changes[name] = {key: value for change in list(changes.values())[:count] for key, value in change.items()}
-    return [Chance(name, *_chance(scenes, **{"way": paper, **change})) for name, change in changes.items()]
+    return [
+        Chance(name, *_chance(scenes, **{"way": paper, "find": circle, **change})) for name, change in changes.items()
+    ]
 
 
-def _chance(scenes, way, find=None, use=("fit",), not_below_zero=False):
+def _chance(scenes, way, find, use=("fit",), not_below_zero=False):
     """The mean depth error of one variant, and how many balls it leaves out."""
-    finder = lambda sample: (find or _by_way)(way, sample)
+    finder = lambda sample: find(way, sample)
     judges = scenes.seen_by(finder, scenes.judges)
     samples = scenes.seen_by(finder, [s for s in scenes.samples if s.pair.set_name == "depth" and s.use in use])
     left_out = len(scenes.judges) - len(judges)
@@ -152,14 +153,12 @@ class _Scenes:
         return _apart(centers, self.balls[sample.pair]) < self._radius_px_mm / sample.reference.depth_mm
 
 
-@lru_cache(KEPT)
 def _by_way(localizer, sample):
     """The centres of the balls that a way detects."""
     found = localizer.detect(sample.pair.left, sample.pair.right)
     return None if found is None else localizer.calibration.rectify_centers(*found)
 
 
-@lru_cache(KEPT)
 def _middle_of_mask(paper, sample):
     """The centroids of the largest patches between the paper's HLS bounds."""
     centers = []

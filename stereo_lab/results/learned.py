@@ -26,17 +26,8 @@ from stereo_lab.recording import Recording
 from stereo_lab.recording.places import course
 from stereo_lab.results.evaluation import color_of
 
-LOOK = (
-    "candidates",
-    "color",
-    "cone",
-    "detector",
-    "hough",
-    "judge",
-    "model",
-    "outline",
-    "weights",
-)  # what evidence depends on
+# What evidence depends on
+LOOK = "candidates", "color", "cone", "detector", "hough", "judge", "model", "outline", "weights"
 LEAST_WIDE, MOST_SUM = 0.01, 30.0  # a number that is always the same is not divided by zero; beyond it all is certain
 PATCH_PX, PATCH_RADII = 24, 1.5  # a thing made so large, with so many radii round its middle
 
