@@ -349,3 +349,8 @@ def test_by_hand_a_hundred_grams_at_a_tenth_of_a_metre():
     assert holding_torque_nm(TwoLinkArm(100.0, 100.0, weight=bare), JointAngles(90, 0)) == pytest.approx(
         (0, 0), abs=1e-12
     )
+
+
+def test_a_pose_that_both_elbows_lead_to_is_given_once():
+    """Folded the elbow stands at 180 degrees, or at -180 by its limits."""
+    assert len(TwoLinkArm(250, 200, ((-180, 180), (-180, 0))).solutions(50, 0)) == 1

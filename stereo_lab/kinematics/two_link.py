@@ -128,7 +128,7 @@ class TwoLinkArm:
             If the point is out of reach, or every pose is beyond a limit.
         """
         poses = list(dict.fromkeys(self.inverse(x_mm, y_mm, elbow) for elbow in ("down", "up")))
-        allowed = [turned for pose in poses if self.within_limits(turned := self._turned(pose))]
+        allowed = [pose for pose in dict.fromkeys(map(self._turned, poses)) if self.within_limits(pose)]
         if not allowed:
             said = " or ".join(f"({p.theta1_deg:.1f}, {p.theta2_deg:.1f})" for p in poses)
             raise UnreachableTargetError(
