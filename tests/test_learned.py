@@ -105,7 +105,7 @@ def test_what_is_kept_is_of_this_colour_and_of_all_that_evidence_depends_on():
     recording = open_recording(ROOT / "data" / "clutter")
     green = replace(recording, ball=replace(recording.ball, color="green"))
     assert learned._asked(recording, "snaps", None)[2] != learned._asked(green, "snaps", None)[2]
-    other = {"learning", "paper"}  # asked only where the surest thing is wanted, or the paper's
+    other = {"learning", "own", "paper"}  # for colours that were learned, or the paper's way: not asked here
     for name in learned.LOOK:
         used = {n.split(".")[2] for n in imports(DETECTION / f"{name}.py") if n.startswith("stereo_lab.detection.")}
         assert used <= {*learned.LOOK, *other}, name
