@@ -183,9 +183,8 @@ def _what_shuts(folder):
     for shut_by in (BUBBLEWRAP, NAMESPACE):
         words = Room(folder, shut_by)._shut(None) if sys.platform == "linux" else []
         if words and shutil.which(words[0]):
-            done = subprocess.run(
-                [*words, sys.executable, "-c", "import cv2"], capture_output=True
-            )  # a package as well
+            look = [*words, sys.executable, "-c", "import cv2"]  # packages may lie where it does not let Python look
+            done = subprocess.run(look, capture_output=True)
             if done.returncode == 0:
                 return shut_by
     return NOTHING

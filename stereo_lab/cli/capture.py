@@ -106,13 +106,14 @@ def run_record(options: argparse.Namespace) -> int:
     print(f"A {board}, squares of {board.square_mm:g} mm. (Is that what a ruler says? No picture shows it.)")
     if begun is None:
         print(f"The ball: {ball.color}, {ball.diameter_mm:g} mm wide. {_of_another_ball(options)}".rstrip())
-    if begun is None:
-        _first_pair(source)
-    with source, Recorder(Folder(options.out, source.size, board, ball), board) as recorder:
-        for sentence in source.lock():
-            print(sentence)
-        before = len(recorder.folder.names(options.set_name))
-        (_boards if options.set_name == "calibration" else _typed_places)(source, recorder, options)
+    with source:
+        if begun is None:
+            source.read()  # cameras that give no pair, or one of another size, begin no folder
+        with Recorder(Folder(options.out, source.size, board, ball), board) as recorder:
+            for sentence in source.lock():
+                print(sentence)
+            before = len(recorder.folder.names(options.set_name))
+            (_boards if options.set_name == "calibration" else _typed_places)(source, recorder, options)
     pairs = len(recorder.folder.names(options.set_name))
     taken = pairs - before  # as the disk has it: Ctrl-C may come while one is being taken
     print(f"\n{options.out}: {taken} more; {pairs} pairs in {options.set_name}.")
@@ -163,15 +164,6 @@ def _two_cameras(options, size):
         ) from None
     left, right = (int(word) if word.isdecimal() else word for word in (options.left, options.right))
     return CameraSource(left, right, (wide, high), options.rate)
-
-
-def _first_pair(source):
-    """Where cameras give no pair, or one of another size, no folder is begun: the reason is told."""
-    try:
-        source.read()
-    except BaseException:
-        source.close()
-        raise
 
 
 def _boards(source, recorder, options):
