@@ -75,6 +75,18 @@ def test_a_picture_missing_on_one_side(seed, by):
     assert ("next" in mends[0].says or "later" in mends[0].says) == (by < 0)
 
 
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_picture_missing_in_mid_set(seed, side):
+    _, boards, k = taken(seed)
+    late = np.arange(k, PAIRS - 1)  # the others were numbered anew without it
+    seen = getattr(boards, side).copy()
+    seen[late] = seen[late + 1]
+    mends, _ = mend_pairs(replace(boards.some(np.arange(PAIRS - 1)), **{side: seen[:-1]}))
+    assert names(mends) == ["pairs_shifted"] and f"the {side} side lacks 1" in mends[0].says
+    assert mends[0].pairs[0] == boards.names[k]
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_cameras_exchanged_in_mid_set(seed):
     _, boards, k = taken(seed)

@@ -141,8 +141,9 @@ def _in_words(told, boards):
     """Name, sentence and pairs of a suspect."""
     name = told["name"]
     if name == "shifted":
-        words = shift_in_words(told["by"])
-        return "pairs_shifted", words[0].upper() + words[1:], boards.names
+        words, pairs = shift_in_words(told["by"]), boards.names[told["k"] :]
+        words = f"From pair {pairs[0]} on {words}" if told["k"] else words[0].upper() + words[1:]
+        return "pairs_shifted", words, pairs
     if name == "exchanged":
         pairs = tuple(str(n) for n in told["pairs"])
         return "cameras_exchanged", f"In {_some(pairs)} left and right are exchanged, and in the others not.", pairs

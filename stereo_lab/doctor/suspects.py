@@ -22,6 +22,7 @@ WRONG_WAY = (
     5.0  # in pairs: what it costs to put the right camera on the left, where undoing the same the other way does not
 )
 SHIFTS = (1, -1, 2, -2)
+LEAST_SHIFTED = 2  # pairs that must agree once shifted: one may by chance
 AS_IS = "as_is"
 WHOLE = ("right_mirrored", "left_mirrored", "right_reversed")  # of all pairs; another mistake may stand beside it
 
@@ -30,7 +31,9 @@ def shift_in_words(by: int) -> str:
     """What it means that left pictures belong to the right ones so many places later, or earlier."""
     which, where = ("next", "later") if by > 0 else ("previous", "earlier")
     whose = f"the {which} pair's" if abs(by) == 1 else f"that of the pair {abs(by)} places {where}"
-    return f"each left picture belongs to {whose} right picture: one side lacks {abs(by)}."
+    return (
+        f"each left picture belongs to {whose} right picture: the {'left' if by > 0 else 'right'} side lacks {abs(by)}."
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +83,7 @@ def _suspects(boards: Boards, left: Alone, right: Alone) -> Iterator[Suspect]:
     errors = disagreement(left, boards.right, right.lens, steps, boards.board)
     yield _one_step(AS_IS, 0.0, boards, errors)
     yield from _reversed(boards, left, right, steps, errors)
-    yield from _shifted(boards, left, right)
+    yield from _shifted(boards, left, right, steps, errors)
     yield from _exchanged(boards, left, right, steps, errors)
     yield from _moved(boards, errors)
     yield from _mirrored(boards, left, right)
@@ -115,19 +118,29 @@ def _reversed(boards, left, right, steps, errors):
     yield _one_step("right_reversed", 0.5, replace(boards, right=backwards), again)
 
 
-def _shifted(boards, left, right):
-    """A picture is missing on one side: every left one stands beside its neighbour's right one."""
-    count = len(boards.names)
+def _shifted(boards, left, right, steps, errors):
+    """A picture is missing on one side: from one pair on, every left one stands beside its neighbour's right one."""
+    count, every = len(boards.names), np.arange(len(boards.names))
     for by in SHIFTS:
-        lefts = np.arange(max(0, -by), count - max(0, by))
-        if len(lefts) < 4:
+        here = every[max(0, -by) : count - max(0, by)]
+        if len(here) < 4:
             continue
-        moved = replace(
-            boards, names=tuple(boards.names[k] for k in lefts), left=boards.left[lefts], right=boards.right[lefts + by]
-        )
-        one, other = _some(left, lefts), _some(right, lefts + by)
-        errors = disagreement(one, moved.right, other.lens, steps_between(one, other), boards.board)
-        suspect = _one_step("shifted", 0.7, moved, errors, by=by)
+        one, other = _some(left, here), _some(right, here + by)
+        later = steps_between(one, other)
+        before = np.hstack([errors, disagreement(left, boards.right, right.lens, later, boards.board)])
+        since = np.full_like(before, np.inf)
+        both = [np.concatenate(parts) for parts in zip(steps, later, strict=True)]
+        since[here] = disagreement(one, boards.right[here + by], other.lens, both, boards.board)
+        tried = []
+        for k in range(len(here) - LEAST_SHIFTED + 1):
+            lefts = np.concatenate([every[:k], here[k:]])
+            rights = np.concatenate([every[:k], here[k:] + by])
+            mixed = np.concatenate([before[:k], since[here[k:]]])
+            tried.append((_share(boards, mixed).sum(0).min(), k, lefts, rights, mixed))
+        _, k, lefts, rights, mixed = min(tried, key=lambda t: t[:2])
+        names = tuple(boards.names[n] for n in lefts)
+        moved = replace(boards, names=names, left=boards.left[lefts], right=boards.right[rights])
+        suspect = _one_step("shifted", 1.0 if k else 0.7, moved, mixed, by=by, k=k)
         yield replace(suspect, cost=suspect.cost * count / len(lefts))
 
 
