@@ -559,6 +559,24 @@ def test_a_camera_that_moved_between_the_boards_and_the_balls(third_rig, tmp_pat
         assert float(finding.says.split("sideways by ")[1].split("°")[0]) == pytest.approx(degrees, abs=0.05)
 
 
+@pytest.mark.parametrize(("sides", "told"), [(["right"], "the right camera's"), (["left", "right"], "both cameras'")])
+def test_a_camera_that_focused_anew_between_the_boards_and_the_balls(bench, tmp_path, sides, told):
+    spoilt = spoil(bench, tmp_path / "zoomed", [])
+    for file in (
+        file for name in ("position", "depth") for side in sides for file in (spoilt.path / name / side).iterdir()
+    ):
+        image = cv2.imread(str(file))
+        middle = (np.array(image.shape[1::-1]) - 1) / 2
+        grown = cv2.warpAffine(
+            image, cv2.getRotationMatrix2D(middle, 0, 1.02), image.shape[1::-1], borderMode=cv2.BORDER_REPLICATE
+        )
+        cv2.imwrite(str(file), grown, [cv2.IMWRITE_JPEG_QUALITY, 97])
+    finding = check_recording(spoilt).findings[0]
+    assert finding.name == "camera_zoomed" and finding.severity == COSTS and told in finding.says
+    assert float(re.search(r"([\d.]+) % longer", finding.says)[1]) == pytest.approx(2.0, abs=0.2)
+    assert "later pairs" not in finding.advice  # no boards are later
+
+
 def test_what_is_endless_is_told_as_unknown():
     finding = Finding("camera_moved", "It moved.", "Fix it.", does_mm=float("inf"))
     assert severity_of(float("inf"), float("inf")) == STOPS and finding.facts()["does_mm"] is None

@@ -36,6 +36,7 @@ ADVICE = {
     "camera_moved": "Fix the cameras so that nothing moves them, and take the boards again; or keep the later pairs alone.",
     "camera_moved_since": "Leave the cameras as they stand now, and take the boards again: those that are there hold no more. Or take the balls again, if these are the older ones.",
     "camera_zoomed": "Switch autofocus and zoom off, and take the boards again; or keep the later pairs alone.",
+    "camera_zoomed_since": "Switch autofocus and zoom off, and take the boards again: those that are there hold no more. Or take the balls again, if these are the older ones.",
     "reversed_order": "Use a board with one odd and one even number of corners, and keep it upright.",
     "corners_wrong": "Nothing needs to be done: these corners are left out. Look whether a finger or glare is there.",
     "board_bent": "Glue the paper on glass or a board; as it is, its bend is found and taken into account.",

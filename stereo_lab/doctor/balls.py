@@ -13,7 +13,7 @@ from stereo_lab.detection import BallColor, BallDetector, Detection
 from stereo_lab.detection.color import HUES, WARM
 from stereo_lab.doctor.known import CENTER_PX
 from stereo_lab.errors import StereoLabError
-from stereo_lab.localization import find_pair
+from stereo_lab.localization import doubt, find_pair
 from stereo_lab.localization.matching import rows_may_differ_px, times_as_large
 from stereo_lab.recording import Ball, Sample
 
@@ -127,26 +127,43 @@ def _rows_px(calibration, left, right):
     return other[1] - one[1]
 
 
-def places(sightings: Sequence[Sighting], calibration: StereoCalibration, aside_px: float = 0.0) -> np.ndarray:
+def places(
+    sightings: Sequence[Sighting],
+    calibration: StereoCalibration,
+    aside_px: float = 0.0,
+    zoomed: tuple[float, float] = (1.0, 1.0),
+) -> np.ndarray:
     """Where the cameras put the balls that both see, shape (N, 3), mm, in the rectified left frame.
 
-    ``aside_px``: so far to the right they are taken to lie in the right picture, as if its camera had been turned.
+    Parameters
+    ----------
+    sightings : sequence of Sighting
+    calibration : StereoCalibration
+    aside_px : float, so far to the right they are taken to lie in the right picture, as if its camera had been turned
+    zoomed : (left, right), how many times longer the focal lengths are than when the boards were taken
     """
-    left, right = ([getattr(s, side).center_px for s in sightings] for side in ("left", "right"))
-    moved = calibration.rectify_points(right, "right") + [aside_px, 0.0]
-    return calibration.triangulate(calibration.rectify_points(left, "left"), moved)
+    middle = (np.array(calibration.image_size) - 1) / 2
+    left, right = (
+        calibration.rectify_points(
+            [middle + (np.array(getattr(s, side).center_px) - middle) / times for s in sightings], side
+        )
+        for side, times in zip(("left", "right"), zoomed, strict=True)
+    )
+    return calibration.triangulate(left, right + [aside_px, 0.0])
 
 
-def center_sigmas(sightings: Sequence[Sighting]) -> np.ndarray:
-    """Standard deviations of the centres of balls that both cameras see, left and right, shape (N, 2), px."""
-    return np.array([
-        [max(getattr(s, side).sigma_px or 0.0, CENTER_PX) for side in ("left", "right")] for s in sightings
-    ])  # fmt: skip
+def center_sigmas(sightings: Sequence[Sighting], calibration: StereoCalibration) -> np.ndarray:
+    """Standard deviations of the centres of balls that both cameras see, left and right, shape (N, 2), rectified px."""
+    both = [(s.left, s.right) for s in sightings]
+    told = [
+        doubt.center_sigmas(calibration, left, right) for left, right in both if left is not None and right is not None
+    ]
+    return np.maximum(told, CENTER_PX)
 
 
-def disparity_sigmas(sightings: Sequence[Sighting]) -> np.ndarray:
+def disparity_sigmas(sightings: Sequence[Sighting], calibration: StereoCalibration) -> np.ndarray:
     """Standard deviations of their disparities, shape (N,), px."""
-    return np.linalg.norm(center_sigmas(sightings), axis=1)
+    return np.linalg.norm(center_sigmas(sightings, calibration), axis=1)
 
 
 def size_of_ball(

@@ -50,7 +50,7 @@ def told_on_bench(
     to_fit = [k for k, s in enumerate(seen) if s.set_name in SHARED_OUT]
     found = found_by_size([seen[k] for k in to_fit], recording.ball, calibration, undo)
     fitted = np.isin(np.arange(len(seen)), np.array(to_fit, int)[found])
-    sigma = pixel_sigma(calibration, points, center_sigmas(seen))
+    sigma = pixel_sigma(calibration, points, center_sigmas(seen, calibration))
     if finding.name in SQUARES:
         finding = _squares(finding, calibration.depth_mm, _left_mm(points, sigma, table, times, fitted))
     if len(found) < LEAST or found.mean() >= 1 - LOST_PART:

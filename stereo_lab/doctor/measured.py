@@ -25,10 +25,10 @@ from stereo_lab.doctor.bench import told_on_bench
 from stereo_lab.doctor.cameras import Cameras
 from stereo_lab.doctor.findings import COSTS, NOTE, STOPS, Evidence, Finding, listed
 from stereo_lab.doctor.known import MOST, doubt_mm
-from stereo_lab.doctor.numbers import AXES, WRONG_MM, likeliest_table, place, right_lines, slip_of
+from stereo_lab.doctor.numbers import AXES, WRONG_MM, agree, likeliest_table, place, right_lines, slip_of
 from stereo_lab.doctor.partners import exchanged_sets, shifted_pairs, sides_told, uncrossed_samples
 from stereo_lab.doctor.scales import scale_by_ruler, scales_told, squares_or_table
-from stereo_lab.doctor.since import moved_up_or_down, turned_since
+from stereo_lab.doctor.since import changed_since, moved_up_or_down
 from stereo_lab.position import kabsch
 from stereo_lab.recording import Recording
 
@@ -104,7 +104,7 @@ def _told_by_name(recording, cameras, clean, progress):
     seen, points = [s for s, g in zip(seen, good, strict=True) if g], points[good]
     if len(seen) < FEWEST:
         return so_far
-    deep = np.hypot(1, calibration.depth_per_px(points[:, 2]) * np.sqrt(2) * disparity_sigmas(seen))
+    deep = np.hypot(1, calibration.depth_per_px(points[:, 2]) * np.sqrt(2) * disparity_sigmas(seen, calibration))
     findings, mirror = _numbers(recording, calibration, cameras, seen, points, deep, clean, so_far.findings)
     return replace(so_far, findings=findings, mirror=mirror)
 
@@ -147,7 +147,8 @@ def _numbers(recording, calibration, cameras, seen, points, deep, clean, finding
     size, size_sigma = size_of_ball(seen, points, calibration)
     by_ball = recording.ball.diameter_mm / size
     best = squares_or_table(best, by_ball, points, table, deep)
-    if best.name == "scale" and (since := turned_since(best, seen, calibration, table, deep)):
+    looked_at = best.name == "scale" or best.name == "as_is" and not agree(best.placed, sets)
+    if looked_at and (since := changed_since(best, seen, calibration, table, deep)):
         points, best, finding = since
         findings = [*findings, finding]
         size, size_sigma = size_of_ball(seen, points, calibration)

@@ -134,7 +134,7 @@ def likeliest_table(points: np.ndarray, table: np.ndarray, deep: np.ndarray, set
     sets : of each line, the name of the set it stands in
     """
     as_is = Mistake("as_is", "", table, place(points, table, deep))
-    if _agree(as_is.placed, sets):
+    if agree(as_is.placed, sets):
         return as_is
     found = [(as_is.placed.cost, as_is)]
 
@@ -170,7 +170,7 @@ def likeliest_table(points: np.ndarray, table: np.ndarray, deep: np.ndarray, set
     return best if cost < as_is.placed.cost - 1 else as_is
 
 
-def _agree(placed, sets):
+def agree(placed: Placed, sets: Sequence[str]) -> bool:
     """Whether the lines of each set agree with the cameras: of many good lines one set's mistake is a small part."""
     lines = _in_lines(placed.off)
     names = np.asarray(sets)
