@@ -31,7 +31,7 @@ ADVICE = {
     "cameras_exchanged": "Exchange the left and the right pictures of these pairs.",
     "pairs_shifted": "Find the picture that is missing on one side, and number the others after it anew.",
     "pairs_do_not_match": "Take these pictures out, or find their true partners.",
-    "not_together": "Hold the board still for a second before each pair, or take both pictures at one moment.",
+    "not_together": "Switch autofocus off, and hold the board still for a second before each pair; or take both pictures at one moment.",
     "stabilised": "Switch digital image stabilisation off in the cameras' settings and take everything again.",
     "camera_moved": "Fix the cameras so that nothing moves them, and take the boards again; or keep the later pairs alone.",
     "camera_moved_since": "Leave the cameras as they stand now, and take the boards again: those that are there hold no more. Or take the balls again, if these are the older ones.",

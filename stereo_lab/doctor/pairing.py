@@ -246,7 +246,7 @@ def _not_together(boards, seen, evidence=None):
     name, why = (
         ("stabilised", "each picture has slipped as a whole, as those of a camera do that stabilises them")
         if slips
-        else ("not_together", "it moved between them, or the pictures are of different moments")
+        else ("not_together", "it moved between them, a camera focused anew, or the pictures are of different moments")
     )
     return Mend(name, f"{seen}: {why}.", boards.names, boards, (), evidence)
 

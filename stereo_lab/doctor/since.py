@@ -20,7 +20,7 @@ from stereo_lab.localization.matching import ROW_PX
 # A ball's centre is told to some hundredths of a pixel, the boards' rows to a tenth: so much is a move, where all balls agree on it
 A_LITTLE_PX, ALIKE = 1.0, 3.0
 ASIDE_PX = np.linspace(-24, 24, 25)  # so far to the side a camera that was turned may show the balls
-LONGER = np.linspace(-0.06, 0.06, 25)  # of a focal length: from near to far, webcams that focus change by less
+LONGER = np.linspace(-0.06, 0.06, 25)  # of a focal length: a thin lens of 4 mm that is focused at 0.3 m is 1.4 % longer than one focused far away
 FINER = np.linspace(-1, 1, 17)
 
 
