@@ -25,7 +25,7 @@ from stereo_lab.doctor.bench import told_on_bench
 from stereo_lab.doctor.cameras import Cameras
 from stereo_lab.doctor.findings import COSTS, NOTE, STOPS, Evidence, Finding, listed
 from stereo_lab.doctor.known import MOST, doubt_mm
-from stereo_lab.doctor.numbers import AXES, WRONG_MM, agree, likeliest_table, place, right_lines, slip_of
+from stereo_lab.doctor.numbers import AXES, WRONG_MM, likeliest_table, place, right_lines, slip_of
 from stereo_lab.doctor.partners import exchanged_sets, shifted_pairs, sides_told, uncrossed_samples
 from stereo_lab.doctor.scales import scale_by_ruler, scales_told, squares_or_table
 from stereo_lab.doctor.since import changed_since, moved_up_or_down
@@ -147,8 +147,7 @@ def _numbers(recording, calibration, cameras, seen, points, deep, clean, finding
     size, size_sigma = size_of_ball(seen, points, calibration)
     by_ball = recording.ball.diameter_mm / size
     best = squares_or_table(best, by_ball, points, table, deep)
-    looked_at = best.name == "scale" or best.name == "as_is" and not agree(best.placed, sets)
-    if looked_at and (since := changed_since(best, seen, calibration, table, deep)):
+    if best.name in ("as_is", "scale") and (since := changed_since(best, seen, calibration, table, deep)):
         points, best, finding = since
         findings = [*findings, finding]
         size, size_sigma = size_of_ball(seen, points, calibration)

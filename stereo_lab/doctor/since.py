@@ -14,14 +14,17 @@ from stereo_lab.doctor.advice import ADVICE
 from stereo_lab.doctor.balls import Sighting, places
 from stereo_lab.doctor.findings import COSTS, NOTE, STOPS, Finding
 from stereo_lab.doctor.known import MOST
-from stereo_lab.doctor.numbers import Mistake, place
+from stereo_lab.doctor.numbers import Mistake, agree, place
 from stereo_lab.localization.matching import ROW_PX
 
 # A ball's centre is told to some hundredths of a pixel, the boards' rows to a tenth: so much is a move, where all balls agree on it
 A_LITTLE_PX, ALIKE = 1.0, 3.0
 ASIDE_PX = np.linspace(-24, 24, 25)  # so far to the side a camera that was turned may show the balls
-LONGER = np.linspace(-0.06, 0.06, 25)  # of a focal length: a thin lens of 4 mm that is focused at 0.3 m is 1.4 % longer than one focused far away
+LONGER = np.linspace(
+    -0.06, 0.06, 25
+)  # of a focal length: a thin lens of 4 mm that is focused at 0.3 m is 1.4 % longer than one focused far away
 FINER = np.linspace(-1, 1, 17)
+ONE_LINE = 3.0  # what one line costs that is wrong
 
 
 def moved_up_or_down(sightings: Sequence[Sighting]) -> Finding | None:
@@ -87,6 +90,9 @@ def changed_since(
     -------
     (ndarray, Mistake, Finding) or None: the places with that change undone, the table on them, and what is said of it
     """
+    sets = [s.set_name for s in seen]
+    if best.name == "as_is" and agree(best.placed, sets):
+        return None
 
     def without(change, amount):
         return places(seen, calibration, **CHANGES[change].undone(float(amount)))
@@ -101,10 +107,11 @@ def changed_since(
         amount = min(rough + way.finer, key=partial(cost, change))
         found.append((cost(change, amount), change, float(amount)))
     least, change, amount = min(found)
-    if least > best.placed.cost - 1:
-        return None
     points = without(change, amount)
     mended = replace(best, name="as_is", what="", table=table, placed=place(points, table, deep))
+    as_it_is = best.name == "as_is"  # a ruler read badly has no cause: a change must explain more then, and nearly all
+    if least > best.placed.cost - (ONE_LINE if as_it_is else 1) or as_it_is and not agree(mended.placed, sets):
+        return None
     does = float(np.percentile(np.abs(points - places(seen, calibration))[:, 2], MOST))
     name, says = _in_words(change, amount, calibration)
     return points, mended, Finding(name, says, ADVICE[f"{name}_since"], tuple(s.name for s in seen), does)
