@@ -14,10 +14,17 @@ from stereo_lab.recording import Recording
 
 HUES = np.array([0, 2, 6, 7, 8, 30, 90, 120, 171, 172, 173, 175, 179], np.uint8)
 CENTERS = ((10.0, 10.0, 13.0, 14.0), (100.0, 50.0, 100.25, 50.5), (20.0, 30.0, 26.0, 28.5))
-# Rings that votes towards the bright side do not draw
+POINTS = "((many|several|single) )?(points|dots|spots)"
+# Rings that votes towards the bright side do not draw; half the ball's own size may be right
 OTHER_RINGS = (
-    ".*(outside|beyond|(on|at) (the|its) (rim|edge)|round the (rim|edge|ball)|(size of|as (large|big) as) the (ball|circle|rim)"
-    "|(ball|circle)('s)? (own )?size|two|three|many|several|everywhere|all over|rings? in(side)? (a )?rings?|r ?[+] ?r).*"
+    ".*(outside|beyond|(on|at) (the|its) (rim|edge)|round the (rim|edge|ball)|everywhere|all over"
+    r"|\b(two|three|many|several|lots of)( \w+)? (rings|circles)|rings? in(side)? (a )?rings?|r ?[+] ?r).*"
+)
+ITS_OWN_RING = (
+    r"(?!.*\b(half|but smaller)\b).*(\b(same|original) (circle|ring|radius|size|diameter)|\b(again|as before)\b"
+    "|((size|radius|diameter|circle) of|as (large|big) as) the (ball|circle|rim)"
+    "|(ball|circle)('s)? (own )?(size|radius|diameter|circle|rim)"
+    r"|\b(radius|diameter) (of |is )?(2 ?[*·]? ?)?r\b(?! ?([-−–/]|minus|less))).*"
 )
 
 
@@ -217,8 +224,13 @@ def _peak():
                     "((of|with) )?half (of )?(the |its |as )?(radius|size|diameter|large|big)( as)?( (of )?the (ball|rim|circle))?",
                     "",
                 ),
-                ("(circle|ring),? (that is )?smaller than the (ball|rim|outline|circle)", "ring"),
-                ("(circle|ring) of (points|dots)|(points|dots|spots) (on|in|along|round) a (circle|ring)", "ring"),
+                ("(circle|ring),? ((that is )?smaller than the (ball|rim|outline|circle)|but smaller)", "ring"),
+                ("((of|with) )?(an? )?smaller (radius|size|diameter)( than the (ball|rim|circle))?", ""),
+                (
+                    f"(circle|ring) of {POINTS}|{POINTS} (on|in|along|round|forming|that form) an? ((small|smaller) )?(circle|ring)",
+                    "ring",
+                ),
+                ("(hollow|empty) dis[ck]|dis[ck] with a hole|circular line", "ring"),
                 (
                     "(filled|full|solid) (circle|ring)|((big|bigger|large|larger|small|smaller|full|filled|solid|whole) )*dis[ck]|blob|patch|round area",
                     "disc",
@@ -233,7 +245,7 @@ def _peak():
             ),
             not_meant=(
                 (
-                    OTHER_RINGS,
+                    f"{OTHER_RINGS}|{ITS_OWN_RING}",
                     "which ring? Every vote goes inwards, by a radius r that is too small: how far from the centre does it end?",
                 ),
                 (
