@@ -15,6 +15,12 @@ DAY_ALONE = r"(on )?(the |a )?((next|another|other|new|different) (day|morning|w
 SEEN_ROOM = (
     r"(?!.*\b(not|never)\b).*\b(((same|this|my|our|that|training) )+room|the room (where |in which )?(i|we))\b.*"
 )
+# Named places, though nobody knows where the film was taken
+OTHER_PLACE = (
+    "((frames|pictures|a (new )?film) )?((on|in|of|from|at) )*((the|my|our|a) )?"
+    "(kitchen|garden|garage|cellar|gym|school|outside|outdoors|somewhere else|elsewhere|friend['’]?s (house|place|home|room)"
+    f"|{NEW} (house|flat|building|school))"
+)
 NEW_DAY = f"(on )?(the |{NEW}) days?"
 NEW_ROOM = (
     f"((twenty|new) )?((frames|pictures|films?|a film) )?((on|in|of|from) )*((the )?{NEW} (rooms?|places?)"
@@ -259,19 +265,24 @@ def _judged_on():
             ),
             "what is to be new there must be new in the test.",
             same=(
+                ("(neither|none) of (them|these)[,;:]?", ""),
+                (f"^({DAY_ALONE},? (and )?)?{OTHER_PLACE}(,? (and )?{DAY_ALONE})?$", "another day in another room"),
                 (f"(on )?(frames|pictures) ((that )?it (has|had) )?(never|not) (yet )?seen,? (in|from|of) {NEW} (room|place)", "another day in another room"),
                 (f"{NEW_ROOM}(,? (and )?{NEW_DAY})?|{NEW_DAY},? (and |but )?{NEW_ROOM}", "another day in another room"),
                 ("^(on )?(the )?((same|marked|training) )*(twenty|20|frames)( (same|marked|training))?( frames)?$", "the same twenty"), ("(the )?(frames )?just after( them)?", "the frames just after them"),
                 ("(the )?last ((ten|10) )?seconds( of (the|my) (film|minute))?", "the last ten seconds of the film"), ("every (second|2nd|other) (frame|one)( of (the|my) film)?", "every second frame of the film"),
             ),
             not_meant=(
+                (r"(?=.*\brooms?\b)(?!.*\b(not|never|than)\b).*\b(of|in|from) (the|this|that|my) ((same|whole|training) )?film\b.*", "the film was taken in one room, and it knows that one. Where do you film again?"),
                 (rf"(?=.*\b(day|film|time|morning|week)\b){SEEN_ROOM}", "better than the same film: the light may be another one. But the room stays, and you want to believe the score in another room."),
                 (f"{SEEN_ROOM}|(in )?((the|a) )?room", "the room stays, and you want to believe the score in another one."),
                 (DAY_ALONE, "a day alone changes the light. What changes the things round the ball?"),
             ),
             beside=(
                 (r".*(new|other|different|another|except|all but|rest|remaining).*(frames|film|twenty).*", "new frames, yes. But of which room, and of which day? The rest of the film shows what the twenty show."),
-                (r"all|all of them|every(thing)?|(the )?whole film|(the )?film|all frames( of the film)?|every frame", "the film has the twenty in it, and its other frames show the same room. What is to be new?"),
+                (r"all|all of them|every(thing)?|(the )?((whole|same) )?film|all frames( of the film)?|every frame", "the film has the twenty in it, and its other frames show the same room. What is to be new?"),
+                (rf"((with|by|on) )?{NEW} (camera|phone|ball|lamp|light|lighting)s?", "one thing is new then, and the room stays with all that is in it. Where do you film instead?"),
+                (r".*\b(held|hold|kept|left)[ -]?out\b.*|.*\b(validation|test|random)\b.*|.*\d ?(%|percent).*|(the )?(first|last|middle) .*|.*\b((not|never) (yet )?|un)seen\b.*", "of which film? Frames of the same one, though it never saw them, show the room, the lamp and the shirt that it knows."),
                 (r"clutter_?test|clutter", "that is a room of the renderer's, with its own ball. For your ball you film again: where, and when?"),
             ),
         ),
