@@ -652,6 +652,7 @@ L, E = np.log, np.exp
         (3, lambda p, y: np.mean(E(-p)), "for p = (0.9, 0.2), y = (1, 0) it gives"),
         (3, lambda p, y: -np.mean(L(p * y)), "somewhere the logarithm of 0 is taken"),
         (3, lambda p, y: -np.mean(y * L(p + 1e-9) + (1 - y) * L(1 - p + 1e-9)), "PASS"),
+        (3, lambda p, y: -L(np.prod(np.where(y == 1, p, 1 - p))) / len(p), "0 has no logarithm"),
         (4, lambda x, p, y: x @ (p - y), ".T turns a table round"),
         (4, lambda x, p, y: x.T @ (p - y)[:, None] / len(y), "in more brackets than are asked for"),
         (4, lambda x, p, y: [np.mean((p - y) * x[:, k]) for k in range(x.shape[1])], "PASS"),
@@ -662,6 +663,9 @@ L, E = np.log, np.exp
         (7, lambda n: -100 * math.log(0.05) / n, "PASS"),
         (7, lambda n: 100 * 3.8415 / (n + 3.8415), "PASS"),
         (7, lambda n: 100 * (1 - 0.95 ** (1 / n)), "none shows 95 times of 100"),
+        (7, lambda n: -L(0.05) / n, "that is the share"),
+        (7, lambda n: 1 - math.exp(-3 / n), "that is the share"),
+        (7, lambda n: 0.95**n, "that is how often none of n shows"),
         (7, lambda n: 300 // n, "the decimals are cut off"),
     ],
 )  # fmt: skip

@@ -120,6 +120,7 @@ def _loss():
         (np.array([0.9, 0.2]), np.array([1.0, 0.0])),
         (np.array([0.5, 0.25]), np.array([1.0, 0.0])),
         (np.array([0.1, 0.7, 0.6]), np.array([1.0, 0.0, 1.0])),
+        (np.full(2000, 0.5), np.arange(2000) % 2.0),  # so many, as the next steps have, that a product underflows to 0
     )
     return dict(
         asks="p are probabilities told, y is 1 for a ball and 0 for anything else. What is the mean loss, −log of the probability given to what is true?",
@@ -150,6 +151,7 @@ def _loss():
                 Wrong(lambda p, y: -np.mean(p * np.log(p) + (1 - p) * np.log(1 - p)), "that is how unsure p is. The truth, y, does not come into it."),
             ),
             held=("p", "y"),
+            of_all=_of_a_product,
             endless="somewhere the logarithm of 0 is taken. What was given to the truth is p for a ball, 1 − p for anything else.",
             praise="who is sure and right loses next to nothing; who is sure and wrong loses most.",
         ),
@@ -162,6 +164,14 @@ def _loss():
         reason="The product of all these probabilities is how probable the whole truth was; its logarithm is a sum.",
         reference=loss,
     )  # fmt: skip
+
+
+def _of_a_product(outputs):
+    """What to say of a loss that has no bounds where things are many, and there alone; "" of all others."""
+    numbers = all(isinstance(output, float) for output in outputs)
+    if numbers and np.isinf(outputs[-1]) and np.isfinite(outputs[:-1]).all():
+        return "a product of 2000 probabilities is so small that it is 0 for the computer, and 0 has no logarithm. Take the logarithm of each first, and then their mean."
+    return ""
 
 
 def _gradient():
@@ -299,17 +309,29 @@ def _judged_on():
 
 def _rule_of_three():
     tries = ((30,), (100,), (300,), (1000,))
+    laws = (
+        lambda n: 100 * (1 - 0.05 ** (1 / n)),
+        lambda n: 100 * (1 - np.exp(-3 / n)),
+        lambda n: -100 * np.log(0.05) / n,
+        lambda n: 100 * (1 - 0.025 ** (1 / n)),
+        lambda n: 100 * (1 - 0.05 ** (1 / (n + 1))),
+        lambda n: 100 * interval_95(0, n)[1],
+    )
+    is_a_share = "that is the share. In percent it is a hundred times as much."
     return dict(
         asks="None of n empty pictures was answered. Up to what percentage may the true share q of false alarms still be, so that none of n shows 5 times of 100?",
         answer=Function(
             at_most_percent, tries, 1e-3, "%",
             (
-                Wrong(lambda n: 1 - 0.05 ** (1 / n), "that is the share. In percent it is a hundred times as much."),
+                *(Wrong(lambda n, law=law: law(n) / 100, is_a_share) for law in laws),
                 Wrong(lambda n: 100 * (1 - 0.95 ** (1 / n)), "so rare that none shows 95 times of 100. How frequent may it be so that none shows 5 times of 100?"),
                 Wrong(lambda n: 100 * (1 - 0.05**1 / n), "brackets are missing round 1 / n: ** comes before /."),
                 Wrong(lambda n: 100 * 0.05 ** (1 / n), "that is 1 − q, the share of pictures that are rightly left empty. q is asked for."),
+                Wrong(lambda n: 0.05 ** (1 / n), "that is 1 − q, the share of pictures that are rightly left empty. q is asked for."),
                 Wrong(lambda n: 100 * 0.95**n, "that is how often none of n shows when each shows with 5 %. Asked for is q, not how often."),
+                Wrong(lambda n: 0.95**n, "that is how often none of n shows when each shows with 5 %. Asked for is q, not how often."),
                 Wrong(lambda n: 100 * (1 - 0.95**n), "that is how often at least one of n shows when each shows with 5 %. Asked for is q, not how often."),
+                Wrong(lambda n: 1 - 0.95**n, "that is how often at least one of n shows when each shows with 5 %. Asked for is q, not how often."),
                 Wrong(lambda n: 100 * (1 - 0.05**n), "that is 100 %, and not one of yours was answered. (1 − q) to the power n is 0.05: take the n-th root of 0.05, not its n-th power."),
                 Wrong(lambda n: 100 / (n + 1), "one of n + 1 is what the next picture may be expected to do. What may still be true is more: none of n shows 5 times of 100 with three of n."),
                 Wrong(lambda n: 100 / (n + 2), "one of n + 2 is what the next picture may be expected to do. What may still be true is more: none of n shows 5 times of 100 with three of n."),
@@ -321,7 +343,7 @@ def _rule_of_three():
                 Wrong(lambda n: 5.0, "5 % is how often you may be wrong. About what? About three in n at most."),
                 Wrong(lambda n: 10.0, "right for 30 pictures. With more of them it is less: use n."),
                 Wrong(lambda n: 0.0 * n, "none of 30 is not none at all. Throw a die four times: no six does not mean that it has none."),
-                Wrong(lambda n: 3 / n, "that is the share. In percent it is a hundred times as much."),
+                Wrong(lambda n: 3 / n, is_a_share),
                 Wrong(lambda n: 100 / n, "that is one of n. One of n would often not show among n pictures: take three."),
                 Wrong(lambda n: n / 3, "upside down: more pictures say it more exactly."),
                 Wrong(lambda n: 3.0, "it depends on n: ten times as many pictures, a tenth of it."),
@@ -329,14 +351,7 @@ def _rule_of_three():
                 Wrong(lambda n: 100 - 300 / n, "that is how many rightly got none, at least. How many false alarms, at most?"),
             ),
             "10 % for 30 pictures; brackets that leave 2.5 % on each side say 11. For one in a thousand you need three thousand.",
-            also=(
-                lambda n: 100 * (1 - 0.05 ** (1 / n)),
-                lambda n: 100 * (1 - np.exp(-3 / n)),
-                lambda n: -100 * np.log(0.05) / n,
-                lambda n: 100 * (1 - 0.025 ** (1 / n)),
-                lambda n: 100 * (1 - 0.05 ** (1 / (n + 1))),
-                lambda n: 100 * interval_95(0, n)[1],
-            ),
+            also=laws,
         ),
         hints=(
             "(1 − q) to the power n is 0.05. The left side is about e to the power −n·q, and 0.05 is about e to the power −3.",
