@@ -616,6 +616,7 @@ def test_words_that_are_no_answer_are_told_why(words, says):
         ("09", 8, "shade and dark", "PASS"),
         ("09", 8, "shade (and dark)", "PASS"),
         ("09", 8, "shade and rim", "NOT YET - "),
+        ("09", 8, "contrast, shade", "NOT YET - these are two of the answers"),
         ("09", 8, "light", "NOT YET - that is what changes"),
     ],
 )

@@ -75,7 +75,8 @@ class Choice:
             if word != self.right and (self._names_another(answer) or self._turns_round(answer)):
                 return Verdict(NOT_YET, f"that names two of the answers, or says what it is not. Take one: {listed}.")
             return Verdict(PASS, self.praise)
-        meant = meant or self._meant(without_reason(answer))
+        if meant is None and not self._lists_several(answer):
+            meant = self._meant(without_reason(answer))
         for mistake in self.wrong:
             if meant == mistake.answer:
                 return Verdict(NOT_YET, mistake.message)
@@ -111,6 +112,12 @@ class Choice:
             return True
         parts = [] if JOINED.search(self.right) else JOINED.split(told)
         return len(parts) > 1 and any(self._meant(part) in {w.answer for w in self.wrong} for part in parts)
+
+    def _lists_several(self, answer):
+        """Whether plain options stand side by side, with a comma between them."""
+        options = [key_words(option) for option in self.options]
+        parts = [key_words(part) for part in answer.split(",")]
+        return len(set(parts)) > 1 and all(part in options for part in parts)
 
     def _turns_round(self, answer):
         """Whether a word for the right option, anything else allowed round it, was found beside a "not" that it does not expect."""
