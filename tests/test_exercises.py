@@ -604,6 +604,8 @@ def test_words_that_are_no_answer_are_told_why(words, says):
         ("06", 6, 201.3, "PASS"),
         ("06", 6, 210, "NOT YET - 210 degrees is too large"),
         ("05", 1, 109, "NOT YET - that is where the stop of the elbow lets it come"),
+        ("02", 3, 87, "NOT YET - that is its grey value"),
+        ("02", 3, 0.299 * 200 + 0.587 * 40 + 0.114 * 30, "NOT YET - that is its grey value"),
         ("05", 6, 450 / 180, "NOT YET - half a turn has π radians"),
         ("09", 6, "another day in the same room", "NOT YET - better than the same film"),
         ("09", 6, "another room", "PASS"),
@@ -637,6 +639,18 @@ def test_formulas_that_a_second_reader_typed(bench, number, formula, says):
     assert says in judge(questions("05", bench)[number - 1].answer, formula).text
 
 
+@pytest.mark.parametrize(
+    ("function", "says"),
+    [
+        (lambda u, v, du, dv, r: complex(u, v) + r * complex(du, dv), "Give back the 2 numbers themselves"),
+        (lambda u, v, du, dv, r: map(lambda a, b: a + r * b, (u, v), (du, dv)), "a map gives its numbers only when"),
+        (lambda u, v, du, dv, r: (a + r * b for a, b in ((u, du), (v, dv))), "Make a tuple of it"),
+    ],
+)
+def test_two_numbers_in_one_thing_are_taken_apart(bench, function, says):
+    assert says in judge(questions("02", bench)[3].answer, function).text
+
+
 L, E = np.log, np.exp
 
 
@@ -657,6 +671,9 @@ L, E = np.log, np.exp
         (4, lambda x, p, y: x @ (p - y), ".T turns a table round"),
         (4, lambda x, p, y: x.T @ (p - y)[:, None] / len(y), "in more brackets than are asked for"),
         (4, lambda x, p, y: [np.mean((p - y) * x[:, k]) for k in range(x.shape[1])], "PASS"),
+        (4, lambda x, p, y: x.T @ (p - y) / 2, "a mean of two things alone"),
+        (4, lambda x, p, y: np.gradient(-np.mean(L(p))), "nothing comes out"),
+        (5, lambda s: 1 / (1 + E(-s)) / (1 + (1 / (1 + E(-s))).sum()), "Share the odds"),
         (5, lambda s: np.argmax(s), "the number of the best one"),
         (5, lambda s: E(s - s.max()) / (1 + E(s - s.max()).sum()), 'not off "none"'),
         (5, lambda s: E(s - np.logaddexp.reduce(np.append(s, 0))), "PASS"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import reprlib
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -97,6 +97,14 @@ class Function:
                 )
                 return Verdict(
                     NOT_YET, f"curly brackets make {brackets}. Round ones, or none: a comma parts two numbers."
+                )
+            if isinstance(output, Iterator):
+                return Verdict(
+                    NOT_YET, f"{a_kind(output)} gives its numbers only when it is asked. Make a tuple of it: tuple(…)."
+                )
+            if isinstance(output, complex) and np.size(self.right(*arguments)) > 1:
+                return Verdict(
+                    NOT_YET, f"a complex number is one thing. Give back {self._asked()}, with a comma between them."
                 )
             if isinstance(output, complex):
                 slip = slip_in(answer, self.right, self.inputs, self.solution)

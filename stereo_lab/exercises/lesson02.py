@@ -117,6 +117,7 @@ def _wrap():
 
 def _lightness(pixel):
     hue, lightness, saturation = (int(n) for n in cv2.cvtColor(np.uint8([[pixel]]), cv2.COLOR_BGR2HLS)[0, 0])
+    grey = float(np.dot((0.114, 0.587, 0.299), pixel))  # as cv2.COLOR_BGR2GRAY weighs them
     return dict(
         asks="The same pixel in HLS is printed above. What is its lightness?",
         answer=Number(
@@ -129,6 +130,7 @@ def _lightness(pixel):
                 Wrong(3, "that is how many numbers there are. Which of the three is the lightness?"),
                 Wrong(255, "255 would be white. How light is this pixel?"),
                 Wrong(100 * lightness / 255, "that is its share in percent. Take the number as it stands there."),
+                Wrong(grey, "that is its grey value, as an eye weighs the three colours. The numbers of the same pixel in HLS are in hls_pixel.", exact=True),
                 Wrong(sum(pixel) / 3, "that is the mean of blue, green and red. The numbers of the same pixel in HLS are in hls_pixel."),
                 Wrong((hue + lightness + saturation) / 3, "that is the mean of hue, lightness and saturation. Take one of them."),
                 Wrong(hue + lightness + saturation, "that is all three added. Take one of them."),
