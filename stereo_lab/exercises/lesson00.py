@@ -21,6 +21,21 @@ THE_BALL, PICTURE = (
     "(the ball |it )?(is )?(farther |further |more )?(to the )?left in (the )?",
     "( (hand )?(one|picture|image|camera))?",
 )
+SIDE_BY_SIDE = (
+    "the two cameras stand side by side, so each sees the ball at another place. "
+    "In which picture is it nearer to the left edge?"
+)
+NEAR_YOUR_NOSE = "try it with a finger: near your nose it jumps far, at arm's length only a little."
+# Growing beside a ball that goes away; and the ball's coming told as a distance that gets less
+WITH_DISTANCE = (
+    r"(?!.*(decreas|reduc|invers|shrink|short|small|little|less|near|close|closing|falls|drops|hardly|\bnot\b))"
+    r".*(grow|increas|ris(es|ing)|larger|bigger|greater|more|wider|longer|higher|\bup\b)"
+    r".*(distance|depth|(?<!jumps )(?<!moves )\b(farther|further|far)\b|away|stretch|\barm\b.*long).*"
+)
+LESS_DISTANCE = (
+    "(as|when|if|while|because|since) (the |its )?(distance|depth) (is |gets |becomes )?(decreas(es|ing)|shrinks|shrinking|falls|drops|smaller|shorter|less)"
+    "|with (a )?(less|smaller|shorter|decreasing|shrinking) (distance|depth)"
+)
 THERE_FIRST = rf"(the ball )?(in )?(the )?{{}}{PICTURE},? (it )?is (farther |further |more )?(to the )?left( there)?"
 
 
@@ -42,12 +57,8 @@ def questions(recording: Recording, balls: tuple[Detection, Detection] | None = 
                     (THERE_FIRST.format("right"), "right"), (THERE_FIRST.format("left"), "left"),
                     ("second|r|right-?hand", "right"), ("first|l|left-?hand", "left"),
                 ),
-                beside=(
-                    (
-                        ".*(both|same|equal|neither|none|no difference|middle).*",
-                        "the two cameras stand side by side, so each sees the ball at another place. In which picture is it nearer to the left edge?",
-                    ),
-                ),
+                not_meant=(("(it is |the ball is )?right in the (middle|centre|center)", SIDE_BY_SIDE),),
+                beside=((".*(both|same|equal|neither|none|no difference|middle).*", SIDE_BY_SIDE),),
             ),
             hints=(
                 "Compare the ball with the edge of each picture.",
@@ -136,18 +147,19 @@ def questions(recording: Recording, balls: tuple[Detection, Detection] | None = 
             answer=Choice(
                 "grows",
                 (
-                    Wrong("shrinks", "try it with a finger: near your nose it jumps far, at arm's length only a little."),
+                    Wrong("shrinks", NEAR_YOUR_NOSE),
                     Wrong("stays", "then two cameras could not measure depth at all. Try it with a finger."),
                 ),
                 "near things jump far. Lesson 04 turns that into millimetres.",
                 same=(
-                    ("grows? (when|if|as|the) .*(farther|further|far|away|stretch).*|grows? with .*(distance|depth).*", "shrinks"),
+                    (LESS_DISTANCE, ""), ("stops? growing|no longer grows?", "stays"),
                     ("(gets|becomes|is|it's)? ?(larger|bigger|more|greater|wider|longer|higher)( jump| jumps)?", "grows"),
                     ("increas(es|ing|e)|ris(es|e|ing)|(goes |moves )?up|jumps farther|expands", "grows"),
                     ("(gets|becomes|grows|is|it's)? ?(smaller|less|lower|shorter|narrower)( jump| jumps)?", "shrinks"),
                     ("decreas(es|ing|e)|falls|fall|drops|(goes |moves )?down|sinks", "shrinks"),
                     ("(stays |is )?(the )?same|constant|(does not|doesn't|no) change|unchanged|nothing|equal", "stays"),
                 ),
+                not_meant=((WITH_DISTANCE, NEAR_YOUR_NOSE),),
                 beside=(
                     (".*(zero|vanish|disappear|nothing).*", "only what is very far away stands still. Hold the finger near: does it jump more, or less?"),
                     ("(it |the ball )?(jumps?|moves?|chang(es|e|ing)).*", "it does. Does the jump grow, shrink or stay, when the ball comes nearer?"),
