@@ -620,6 +620,14 @@ def test_words_that_are_no_answer_are_told_why(words, says):
         ("09", 8, "shade and rim", "NOT YET - "),
         ("09", 8, "contrast, shade", "NOT YET - these are two of the answers"),
         ("09", 8, "light", "NOT YET - that is what changes"),
+        ("04", 1, "halves, then halves again", "NOT YET - the area of its picture does"),
+        ("04", 1, "is multiplied by 2", "NOT YET - far things jump less"),
+        ("04", 1, "goes down by the same amount", "NOT YET - then it would be below zero"),
+        ("04", 1, "shrinks by a factor of 4", "NOT YET - the area of its picture does"),
+        ("04", 2, 160, "NOT YET - that is rounded too much"),
+        ("04", 4, "one per unknown", "NOT YET - yes. How many are they"),
+        ("04", 6, "2 x 120.5 mm", "NOT YET - work it out"),
+        ("03", 1, "0=m", "NOT YET - then y would be the same"),
     ],
 )
 def test_what_a_second_reader_typed(bench, lesson, number, answer, says):

@@ -15,6 +15,8 @@ from stereo_lab.recording import Recording, open_recording
 POINTS = (np.array([100.0, 200.0, 300.0, 450.0]), np.array([40.0, -10.0, -55.0, -130.0]))
 MORE = (np.array([10.0, 20.0, 40.0]), np.array([1.0, 4.0, 9.0]))
 
+RAYS_SPREAD = "the other way round: the rays spread. Far away, one pixel covers more millimetres."
+
 
 def questions(recording: Recording) -> tuple[Question, ...]:
     """Six questions; see :mod:`stereo_lab.exercises`."""
@@ -43,9 +45,13 @@ def _sign():
             ),
             "v grows downwards in a picture, y grows upwards on the bench.",
             same=(
-                ("(less|smaller|lower) than (zero|0)|(under|below) (zero|0)|negative|minus|(m ?)?<=? ?(0|zero)", "below"),
-                ("(more|larger|bigger|greater|higher) than (zero|0)|(over|above) (zero|0)|positive|plus|(m ?)?>=? ?(0|zero)", "above"),
-                ("0|(m ?)?=+ ?(0|zero)|flat|level|neither", "zero"),
+                ("(less|smaller|lower) than (zero|0)|(under|below) (zero|0)|negative|minus|(m ?)?<=? ?(0|zero)|(0|zero) ?>=? ?m", "below"),
+                ("(more|larger|bigger|greater|higher) than (zero|0)|(over|above) (zero|0)|positive|plus|(m ?)?>=? ?(0|zero)|(0|zero) ?<=? ?m", "above"),
+                ("(0|zero) ?=+ ?m|0|(m ?)?=+ ?(0|zero)|flat|level|neither", "zero"),
+            ),
+            not_meant=(
+                (r".*\bnon-? ?(negative|positive|zero).*|minus minus", "say it straight: is m above zero, below zero, or zero itself?"),
+                (r"((it|m|the slope) is )?(below|under|above|over) ((minus )?(one|two|[1-9][\d.]*)|the (shoulder|arm|ball|bench|picture|camera|line|axis|middle))", "compare it with zero: is m a number above zero, or below?"),
             ),
             beside=(
                 ("(it |that )?(depends|varies|changes).*", "a straight line has one slope, everywhere. Look at the table: v grows, and y?"),
@@ -193,7 +199,7 @@ def _twice_as_far():
         answer=Number(
             2.0, 0.05, "times",
             (
-                Wrong(0.5, "the other way round: the rays spread. Far away, one pixel covers more millimetres."),
+                Wrong(0.5, RAYS_SPREAD),
                 Wrong(1.0, "Eq. 2 says so, because it knows nothing of depth. Look along one ray: where is it at twice the depth?"),
                 Wrong(3.0, "twice as far away, not three times. Follow one ray: it goes straight on."),
                 Wrong(8.0, "that is how a volume grows. A length grows with the distance itself."),
@@ -205,6 +211,11 @@ def _twice_as_far():
                 Wrong(4.0, "areas grow with the square of the distance; a length grows with the distance itself."),
             ),
             "measured from the point the camera looks at: twice as far, twice as wide.",
+            beside=(
+                ("(is )?divided by (2|two)|twice as (near|close|narrow)", RAYS_SPREAD),
+                (r"(2|two)[ -]thirds?|[<>].*", "a ray goes straight on. At twice the depth, how many times as far to the side is it? Write that number."),
+                (r"x2|2 ?: ?1|2 to 1|200 ?%", "write as one number how many times it is, without any sign."),
+            ),
             small="then the ray would bend to the middle on its way. It goes straight on: how far to the side is it at twice the depth?",
             large="then the ray would bend outwards on its way (and how many times is asked for, not how many mm). It goes straight on: how far to the side is it at twice the depth?",
         ),
@@ -267,7 +278,7 @@ def _finer_pixels(slope, offset, slope_of_y):
     return dict(
         asks="The same scene with twice as many columns: what is the slope of Eq. 2 then, in mm per px?",
         answer=Number(
-            slope / 2, 0.02 * slope, "mm per px",
+            slope / 2, 0.006, "mm per px",  # slopes are printed to a hundredth
             (
                 Wrong(2 * slope, "then a pixel would cover more of the bench. There are more of them now, side by side on the same width."),
                 Wrong(slope, "then twice as many pixels would cover twice the width. But the camera sees what it saw before."),

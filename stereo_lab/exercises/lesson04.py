@@ -9,16 +9,20 @@ from stereo_lab.exercises.question import Question, lesson
 from stereo_lab.localization import Localizer
 from stereo_lab.recording import Recording, open_recording
 
+A_LENGTH = "the area of its picture does. The disparity is a length: once, not squared."
+SMALLER = "((gets |is |becomes )?(smaller|shorter|less)|shrinks?|decreases|falls|drops|goes down)"
+ANOTHER = "(z|the depth|depth|(the |its )?distance|(the )?baseline|(the )?focal length)"  # than the disparity
+
 
 def questions(recording: Recording) -> tuple[Question, ...]:
     """Six questions; see :mod:`stereo_lab.exercises`."""
-    baseline, focal, left_u, right_u, raw_px = _facts(str(recording.path))
+    baseline, focal, left_u, right_u, raw_px, measured_mm = _facts(str(recording.path))
     tries = ((baseline, focal, 60.0), (baseline, focal, 30.0), (100.0, 800.0, 80.0))
     far = ((1000.0, focal, baseline), (2000.0, focal, baseline), (600.0, 400.0, 300.0))
     return lesson(
         "04",
         _twice_as_far(),
-        _disparity(left_u, right_u, raw_px, baseline, focal),
+        _disparity(left_u, right_u, raw_px, baseline, focal, measured_mm),
         _eq3(tries),
         _unknowns(),
         _one_pixel(far),
@@ -33,7 +37,7 @@ def _twice_as_far():
             "halves",
             (
                 Wrong("shrinks by a fixed number", "then it would be below zero sooner or later: behind the cameras."),
-                Wrong("quarters", "the area of its picture does. The disparity is a length: once, not squared."),
+                Wrong("quarters", A_LENGTH),
                 Wrong("doubles", "far things jump less, not more. Try it with a finger."),
                 Wrong("stays", "then no camera could tell near from far."),
             ),
@@ -46,20 +50,36 @@ def _twice_as_far():
                     "",
                 ),
                 (r"[(]?(when|if|while|as)? ?(z|the depth|depth|the distance) (doubles|is doubled)[)]?", ""),
-                ("(it )?halves twice", "quarters"),
                 (
-                    "half as (large|big|much|far|wide)|(is )?inversely proportional|((gets |is |becomes )?(smaller|shorter|less)|shrinks?|decreases|falls|drops) (by|to) (half|a factor( of)? (2|two))|halve|(gets |is |becomes |goes )?(to |down to )?(halved|halfs|half)( of it)?|(is )?(divide[sd]? by|cut in) (2|two)|(only|just) half|[dδ] ?/ ?2|1/2|0.5|50 ?%",
+                    f"(it )?halves twice|{SMALLER} (by|to) a factor( of)? (4|four)|(is )?divided by (4|four)",
+                    "quarters",
+                ),
+                (f"{SMALLER} by (the same|a fixed|a constant|an equal) amount", "shrinks by a fixed number"),
+                (
+                    f"half as (large|big|much|far|wide)|(is )?inversely proportional|{SMALLER} (by|to) (half|a factor( of)? (2|two))|halve|(gets |is |becomes |goes )?(to |down to )?(halved|halfs|half)( of it)?|(is )?(divide[sd]? by|cut in) (2|two)|(only|just) half|[dδ] ?/ ?2|1/2|0.5|50 ?%",
                     "halves",
                 ),
-                ("(a |one )?quarter|four times smaller|1/4|0.25|divided by 4", "quarters"),
+                ("(a |one )?quarter|four times smaller|1/4|0.25", "quarters"),
                 (
                     "(gets |is |becomes )?(twice (as (small|short|little|narrow)|less)|(two|2) times (smaller|shorter|less|narrower))",
                     "halves",
                 ),
-                ("doubled?|twice( as (large|big|much|far))?|two times( larger| bigger)?|2x|times 2", "doubles"),
+                (
+                    "doubled?|twice( as (large|big|much|far))?|two times( larger| bigger)?|2x|times 2|(is |gets )?(multiplied|multiplies) by (2|two)",
+                    "doubles",
+                ),
                 ("(stays )?(the )?same|constant|nothing|no change|unchanged|(does not|doesn't) change", "stays"),
             ),
             not_meant=(
+                ("(it )?halves,? (and )?(then )?(it )?(halves )?again", A_LENGTH),
+                (
+                    f"((it )?(halves|half|half of) )?{ANOTHER}( halves| is halved)?",
+                    "another length than the one asked for. The depth is doubled: what does the disparity do?",
+                ),
+                (
+                    "(it )?(halves|is halved|half) (every|each|for|per|with) .*(metre|meter|millimetre|mm|cm|pixel|px|step)s?",
+                    "from 1 m to 2 m is twice as far, from 2 m to 3 m is not. Leave the steps away: what part of it is left at twice the depth?",
+                ),
                 (
                     r"((it|the disparity|disparity) )?(.* again|grows|increases|rises|(goes )?up|(gets |becomes |is )?(larger|bigger)|[+]|plus|three halves).*",
                     "far things jump less, not more. What part of it is left at twice the depth?",
@@ -123,13 +143,15 @@ def _twice_as_far():
     )
 
 
-def _disparity(left_u, right_u, raw_px, baseline, focal):
+def _disparity(left_u, right_u, raw_px, baseline, focal, measured_mm):
     right = left_u - right_u
     return dict(
         asks="What is the disparity of the ball in the pair above?",
         answer=Number(
             right, 0.3, "px",
             (
+                Wrong(int(right) + 1.0, "that is rounded too much. Keep its decimals."),
+                Wrong(baseline * focal / measured_mm, "that is the disparity which the ruler's depth would give; depth is what comes out in the end. How many columns lie between the two?", exact=True),
                 Wrong(right + 1, "not one more: u is a place, and a way is one place less the other.", exact=True),
                 Wrong(-right, "your disparity is below zero: the ball would be behind the cameras. Take left minus right."),
                 Wrong(left_u + right_u, "you added the two columns. Disparity is how far they are apart."),
@@ -200,9 +222,11 @@ def _unknowns():
             ),
             "three unknowns, three equations: solved exactly, with nothing left to check it by.",
             beside=(
-                ("((as|one|an equation)( many)? (as|for) (there are )?(each |every )?(unknowns?|parameters?)( numbers?)?( there are)?)", "yes. How many are they: which letters of Eq. 4 are neither Z nor d?"),
-                (r"(at most|up to|no more than|fewer than|less than|not more than) .*", "more are welcome: they make the fit better. How many does Eq. 4 need at least?"),
-                (r"(as )?(many|more|all|every)\D*", "more samples make the fit better. How many does Eq. 4 need at least?"),
+                (r"(as|one|1|a sample|an equation)( many| sample| equation)? (as|for|per) (there are )?(each |every )?(of )?(unknowns?|parameters?|m, ?n,? ?(and )?c\b)( numbers?)?( there are)?", "yes. How many are they: which letters of Eq. 4 are neither Z nor d?"),
+                (r"(3|three)\W+(for )?m, ?n,? ?(and )?c\)?|m, ?n,? ?(and )?c\W+(3|three)", "count them, and write the number alone."),
+                (r"(3|three) (\w+ )?(per|each|for (each|every)|times|squared|cubed|(are|is) (too|not)|too few)\b.*", "each sample gives one equation. How many numbers of Eq. 4 are unknown? So many samples in all: write the number alone."),
+                (r"(at most|up to|no more than|fewer than|less than|not more than|[<≤]|>(?!=)).*", "more are welcome: they make the fit better. How many does Eq. 4 need at least?"),
+                (r"(as )?(many|more|all|every)(?!.*three)\D*", "more samples make the fit better. How many does Eq. 4 need at least?"),
             ),
             small="fewer equations than unknowns leave some of m, n and c open.",
             large="that is more than it needs. Each sample gives one equation: how many numbers of Eq. 4 are unknown?",
@@ -301,6 +325,11 @@ def _wider(baseline, focal):
             ),
             "twice the baseline. What it costs: near things fall out of one of the two pictures.",
             known={"calibration.baseline_mm": baseline, "calibration.focal_px": focal, "2": 2},
+            beside=(
+                ("(a (little|bit) )?(more than|over|above|>).*", "wider still leaves less than half of the error. Which baseline leaves just half of it?"),
+                (r"\d\d[\d.]* times", "so many times as wide? The baseline itself is asked for: write it in mm."),
+                ("(2|two) ?([x×*]|times) .*|.*([x×*]|times) ?(2|two)", "work it out, and write one number in mm."),
+            ),
             ask="The error has B under the line: how must B change, if half of the error is to be left?",
             small="that leaves more than half of the error. B stands under the line: what must become of it?",
             large="that leaves less than half of the error. B stands under the line: what must become of it?",
@@ -328,11 +357,12 @@ def one_pixel_mm(z_mm: float, focal_px: float, baseline_mm: float) -> float:
 
 @lru_cache(maxsize=4)
 def _facts(path):
-    """Baseline, focal length, and the two rectified columns of the ball in the first depth sample where it is seen."""
+    """Baseline, focal length, and the columns of the ball in the first depth sample where it is seen: two rectified ones, the raw ones' difference, and its measured depth, mm."""
     recording = open_recording(path)
     localizer = Localizer.fit(recording, leave_out=recording.judges())
     calibration = localizer.calibration
-    looks = (localizer.detect(s.pair.left, s.pair.right) for s in recording.samples("depth"))
-    balls = next(pair for pair in looks if pair is not None)
+    looks = ((s, localizer.detect(s.pair.left, s.pair.right)) for s in recording.samples("depth"))
+    sample, balls = next((s, pair) for s, pair in looks if pair is not None)
     (u_left, _), (u_right, _) = calibration.rectify_centers(*balls)
-    return calibration.baseline_mm, calibration.focal_px, float(u_left), float(u_right), balls[0].u - balls[1].u
+    columns = float(u_left), float(u_right), balls[0].u - balls[1].u
+    return calibration.baseline_mm, calibration.focal_px, *columns, sample.measured.depth_mm
