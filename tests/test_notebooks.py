@@ -228,13 +228,14 @@ def outside_the_plane_the_rule_counts(text):
     names = (
         "two lines, on circles",
         "rigid fit, the lines' balls",
+        "rigid fit, the plane's balls",
         "rigid fit, all balls",
         "rigid fit, all balls, cones",
     )
     rows = (re.search(rf"^{re.escape(name)} +([\d.]+) +([\d.]+)$", text, re.MULTILINE).groups() for name in names)
     plane, volume = np.array([list(map(float, row)) for row in rows]).T
-    assert volume[1] < 0.5 * volume[0] and volume[2] < 0.3 * volume[0] and (np.diff(volume) < 0).all()
-    assert plane[3] < 0.5 * plane[:3].min()
+    assert volume[1] < 0.5 * volume[0] and volume[3] < 0.3 * volume[0] and (np.diff(volume) < 0).all()
+    assert plane[4] < 0.5 * plane[:4].min()
 
 
 def it_takes_both_changes(text):
