@@ -991,3 +991,17 @@ def test_a_wrong_size_in_recording_json_is_told_once(third_rig, tmp_path):
     (spoilt.path / "recording.json").write_text(json.dumps({**facts, "image_size": [800, 600]}))
     (finding,) = check_recording(open_recording(spoilt.path)).findings
     assert finding.name == "image_size"
+
+
+@pytest.mark.parametrize(("sides", "sets", "name"), [
+    (("left", "right"), ("depth", "position"), "both_mirrored"), (("right",), ("depth", "position"), "mirrored"),
+    (("left",), ("position",), "mirrored"),
+])  # fmt: skip
+def test_balls_in_mirror_images_beside_good_boards(third_rig, tmp_path, sides, sets, name):
+    spoilt = spoil(third_rig, tmp_path / "spoilt", [])
+    for picture in (p for s in sets for side in sides for p in (spoilt.path / s / side).iterdir()):
+        cv2.imwrite(str(picture), cv2.imread(str(picture))[:, ::-1])
+    finding, *_ = check_recording(spoilt).findings
+    assert finding.name == name and finding.severity == STOPS
+    assert {file.split("/")[0] for file in finding.files} == set(sets)
+    assert ("both cameras'" if len(sides) == 2 else f"the {sides[0]} camera's") in finding.says

@@ -24,6 +24,7 @@ ADVICE = {
     "set_swapped": "Exchange the names of the folders left and right there.",
     "both_mirrored": "Switch the mirror image off in both cameras' settings and take everything again.",
     "both_upside_down": "Turn both cameras the right way up and take everything again, or exchange the folders.",
+    "set_mirrored": "Flip these pictures, or switch the mirror image off in the camera's settings and take the set again.",
     "mirrored": "Switch the mirror image off in this camera's settings, or flip its pictures, and take what is missing again.",
     "upside_down": "Turn this camera by half a turn and take everything again; or turn all its pictures by half a turn, in every set.",
     "same_pictures": "Put the right camera's own pictures into the folder right, or record with two camera numbers.",

@@ -26,7 +26,7 @@ from stereo_lab.doctor.cameras import Cameras
 from stereo_lab.doctor.findings import COSTS, NOTE, STOPS, Evidence, Finding, listed
 from stereo_lab.doctor.known import MOST, doubt_mm
 from stereo_lab.doctor.numbers import AXES, WRONG_MM, likeliest_table, place, right_lines, slip_of
-from stereo_lab.doctor.partners import exchanged_sets, shifted_pairs, sides_told, uncrossed_samples
+from stereo_lab.doctor.partners import exchanged_sets, mirrored_sets, shifted_pairs, sides_told, uncrossed_samples
 from stereo_lab.doctor.scales import scale_by_ruler, scales_told, squares_or_table
 from stereo_lab.doctor.since import changed_since, moved_up_or_down
 from stereo_lab.position import kabsch
@@ -91,8 +91,9 @@ def _told_by_name(recording, cameras, clean, progress):
         return Told(told)
     calibration = state_of_balls(cameras.states, list(samples.values()), color, cameras.undo)
     sightings = look_for_balls(samples, color, recording.ball, calibration, cameras.undo, progress)
-    told += (shifted := shifted_pairs(sightings, calibration))
-    apart = {name for finding in shifted for name in finding.files}
+    mirrored = [] if any(cameras.undo) else mirrored_sets(sightings, calibration)
+    told += (wrong := shifted_pairs(sightings, calibration) or mirrored)
+    apart = {name for finding in wrong for name in finding.files}
     sightings = [s for s in sightings if s.name not in apart]
     seen = [s for s in sightings if s.seen]
     lost, other = _lost(sightings, recording)

@@ -1,4 +1,4 @@
-"""Sets of balls whose left and right pictures do not belong together: exchanged with each other, or shifted by a pair."""
+"""Sets of balls whose left and right pictures do not belong together: exchanged with each other, shifted by a pair, or mirrored."""
 
 from __future__ import annotations
 
@@ -20,6 +20,11 @@ from stereo_lab.recording import Recording, Sample, StereoPair
 
 LEAST = 3  # pairs that must tell it
 MOST = 0.7  # of the pairs that are wrong a shift must explain
+FLIPS = {
+    ("mirror", "mirror"): "both cameras'",
+    ("mirror", ""): "the left camera's",
+    ("", "mirror"): "the right camera's",
+}
 ONE_SIZE = 1.25  # times larger or smaller than the others of its set, a ball is seen in the wrong place
 
 
@@ -153,6 +158,33 @@ def shifted_pairs(sightings: Sequence[Sighting], calibration: StereoCalibration)
                 found.append(Finding("pairs_shifted", says, ADVICE["pairs_shifted"], files, severity=STOPS))
                 break
     return found
+
+
+def mirrored_sets(sightings: Sequence[Sighting], calibration: StereoCalibration) -> list[Finding]:
+    """What is said where the balls of some sets fit the boards once the pictures of one camera, or of both, are flipped.
+
+    Parameters
+    ----------
+    sightings : sequence of Sighting
+    calibration : StereoCalibration
+    """
+    by_set: dict[str, list[tuple[Detection, Detection]]] = {}
+    for s in sightings:
+        if s.left is not None and s.right is not None:
+            by_set.setdefault(s.set_name, []).append((s.left, s.right))
+    for flip, whose in FLIPS.items():
+        fits = {
+            name: (_agreeing(calibration, balls).sum(), _agreeing(calibration, balls, flip).sum(), len(balls))
+            for name, balls in by_set.items()
+        }
+        if any(flipped >= max(LEAST, MOST * count) and as_is <= flipped / 3 for as_is, flipped, count in fits.values()):
+            # Beside a set that tells it, one in which both ways fit many pairs by chance goes by the better of the two
+            sets = [name for name, (as_is, flipped, _) in fits.items() if flipped > as_is]
+            says = f"In the {listed('set', sets)} {whose} pictures are mirror images; those of the boards are not."
+            files = tuple(s.name for s in sightings if s.set_name in sets)
+            name = "both_mirrored" if all(flip) else "mirrored"
+            return [Finding(name, says, ADVICE["set_mirrored"], files, severity=STOPS)]
+    return []
 
 
 def _together(sightings, by, calibration):
