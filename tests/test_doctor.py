@@ -1005,3 +1005,12 @@ def test_balls_in_mirror_images_beside_good_boards(third_rig, tmp_path, sides, s
     assert finding.name == name and finding.severity == STOPS
     assert {file.split("/")[0] for file in finding.files} == set(sets)
     assert ("both cameras'" if len(sides) == 2 else f"the {sides[0]} camera's") in finding.says
+
+
+@pytest.mark.parametrize(("name", "by"), [("position", (400, 150)), ("depth", (60, 40))])
+def test_a_set_that_is_measured_from_another_corner_of_the_table(third_rig, tmp_path, name, by):
+    spoilt = spoil(third_rig, tmp_path / "spoilt", [])
+    rewrite(spoilt, name, lambda t: t + [*by, 0])
+    (finding,) = check_recording(spoilt).findings
+    assert finding.name == "origin" and finding.does_mm == pytest.approx(np.hypot(*by), abs=12)
+    assert "do not measure x and y from one point" in finding.says

@@ -229,20 +229,18 @@ def _whole_table(best, table, seen):
 
 
 def _another_origin(best, files, other):
-    """Two sets of which one column was not measured from the same place; which of the two is right cannot be known."""
-    axis, by = best.what.split()[0], float(best.what.split()[1])
+    """Two sets of which a column, or x and y, was not measured from one place; which of the two is right cannot be known."""
+    shifts = {axis: float(by) for axis, by in (part.split() for part in best.what.split(", "))}
     (of_set,) = best.sets
-    name, where = ("plane", "one plane") if axis == "depth" else ("origin", "one point")
+    name, where = ("plane", "one plane") if "depth" in shifts else ("origin", "one point")
     lies = {
         "x": ("to the left", "to the right"),
         "y": ("lower", "higher"),
         "depth": ("farther from the balls", "nearer to the balls"),
     }
-    says = (
-        f"The sets {of_set} and {other} do not measure {axis} from {where}: that of {of_set} lies {abs(by):.0f} mm "
-        f"{lies[axis][by > 0]}."
-    )
-    return Finding(name, says, ADVICE[name], files, abs(by))
+    away = " and ".join(f"{abs(by):.0f} mm {lies[axis][by > 0]}" for axis, by in shifts.items())
+    says = f"The sets {of_set} and {other} do not measure {' and '.join(shifts)} from {where}: that of {of_set} lies {away}."
+    return Finding(name, says, ADVICE[name], files, float(np.hypot.reduce(list(shifts.values()))))
 
 
 def _exchanged(best, belongs, seen, points):

@@ -59,7 +59,7 @@ class Mistake:
     Attributes
     ----------
     name : "as_is", "columns", "sign", "unit", "unit_of_column", "origin", "side", "slant" or "scale"
-    what : str, in words: the columns, the unit, ...; of an origin the column, and by how many mm
+    what : str, in words: the columns, the unit, ...; of an origin each column, and by how many mm: "x 60, y 40"
     table : ndarray, shape (N, 3), measured x, y and depth without the mistake, mm
     placed : Placed
     sets : names of the sets in whose tables it is; none where it is in all
@@ -151,9 +151,11 @@ def likeliest_table(points: np.ndarray, table: np.ndarray, deep: np.ndarray, set
             undo(price + ONE_SET * len(some), name, what, np.where(np.isin(sets, some)[:, None], mended, table), some)
     for set_name in names:
         inside = np.isin(sets, set_name)
-        for axis, by in zip(range(3), _other_origin(points, table, deep, inside), strict=True):
-            mended = table + np.outer(np.where(inside, by, 0.0), np.arange(3) == axis)
-            undo(SHIFTED, "origin", f"{AXES[axis]} {by:.0f}", mended, (set_name,))
+        shift = _other_origin(points, table, deep, inside)
+        for axes in ((0,), (1,), (2,), (0, 1)):  # another corner of the table moves both x and y
+            mended = table + np.outer(inside, np.where(np.isin(range(3), axes), shift, 0.0))
+            what = ", ".join(f"{AXES[k]} {shift[k]:.0f}" for k in axes)
+            undo(SHIFTED * len(axes), "origin", what, mended, (set_name,))
         for axis in range(3):
             if np.ptp(table[inside, axis]) < FLAT_MM:
                 continue
