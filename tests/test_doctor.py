@@ -913,7 +913,16 @@ def test_a_picture_that_is_there_twice(third_rig, tmp_path):
         (old, new), depth = sorted((spoilt.path / "position" / side).iterdir())[2:4], spoilt.path / "depth" / side
         shutil.copy(old, new), shutil.copy(old, depth / "005.jpg")
     finding = next(f for f in check_recording(spoilt).findings if f.name == "picture_twice")
-    assert finding.files == ("position/002", "position/003") and "depth/005, to the last bit" in finding.says
+    assert finding.files == ("depth/005", "position/002", "position/003")
+    assert "depth/005 and position/002 show the same pictures, to the last bit" in finding.says
+
+
+def test_a_copy_on_one_side_accuses_neither_pair(third_rig, tmp_path):
+    spoilt = spoil(third_rig, tmp_path / "spoilt", [])
+    left = spoilt.path / "calibration" / "left"
+    shutil.copy(left / "005.jpg", left / "004.jpg")
+    finding = next(f for f in check_recording(spoilt).findings if f.name == "picture_twice")
+    assert finding.files == ("calibration/004", "calibration/005") and "show the same left picture" in finding.says
 
 
 def test_balls_numbered_anew_beside_a_mirror_image(third_rig, tmp_path):

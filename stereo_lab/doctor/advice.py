@@ -3,7 +3,7 @@
 ADVICE = {
     "names_differ": "Rename them, so that both halves of a pair have the same name: 000.jpg in left and 000.jpg in right.",
     "half_missing": "Put the picture back, or take its other half away: that of the same moment.",
-    "picture_twice": "Take the copy away, with its line in measured.csv, or put the right picture in its place.",
+    "picture_twice": "Look which of them is the copy. Put the right picture in its place, or take that pair away, with its line in measured.csv.",
     "picture_broken": "Copy the picture again, or take it again.",
     "picture_sizes": "Set both cameras to one size and take these pictures again.",
     "image_size": "Correct image_size in recording.json.",

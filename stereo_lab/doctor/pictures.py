@@ -128,7 +128,7 @@ def _blocks(grey):
 def copies_told(recording: Recording) -> list[Finding]:
     """Pictures that are there twice, to the last bit: no camera takes the same noise again."""
     first: dict[tuple[str, bytes], str] = {}
-    copies: dict[str, str] = {}
+    copies: dict[tuple[str, str], list[str]] = {}
     for name in recording.sets:
         try:
             pairs = recording.pairs(name)
@@ -143,10 +143,13 @@ def copies_told(recording: Recording) -> list[Finding]:
                     continue
                 other = first.setdefault((side, hashlib.sha256(content).digest()), label) if content else label
                 if other != label:
-                    copies[label] = other
+                    copies.setdefault((other, label), []).append(side)
     if not copies:
         return []
-    label, other = next(iter(copies.items()))
+    (other, label), sides = next(iter(copies.items()))
+    # Which of the two was there first, their numbers do not tell
+    same = f"the same {sides[0]} picture" if len(sides) == 1 else "the same pictures"
     more = f" So do {len(copies) - 1} more." if len(copies) > 1 else ""
-    says = f"{label} shows the same picture as {other}, to the last bit: one of them is a copy.{more}"
-    return [Finding("picture_twice", says, ADVICE["picture_twice"], tuple(copies), severity=COSTS)]
+    says = f"{other} and {label} show {same}, to the last bit: one of the two is a copy.{more}"
+    files = tuple(dict.fromkeys(name for both in copies for name in both))
+    return [Finding("picture_twice", says, ADVICE["picture_twice"], files, severity=COSTS)]
