@@ -1023,3 +1023,12 @@ def test_a_set_that_is_measured_from_another_corner_of_the_table(third_rig, tmp_
     (finding,) = check_recording(spoilt).findings
     assert finding.name == "origin" and finding.does_mm == pytest.approx(np.hypot(*by), abs=12)
     assert "do not measure x and y from one point" in finding.says
+
+
+@pytest.mark.parametrize(("halved", "size"), [("calibration", "320x240"), ("position", "640x480")])
+def test_boards_and_balls_of_two_sizes_are_told_once(third_rig, tmp_path, halved, size):
+    spoilt = spoil(third_rig, tmp_path / "spoilt", [])
+    for picture in (spoilt.path / halved).glob("*/*.jpg"):
+        cv2.imwrite(str(picture), cv2.resize(cv2.imread(str(picture)), None, fx=0.5, fy=0.5, interpolation=3))
+    stops = [f for f in check_recording(spoilt).findings if f.severity == STOPS]
+    assert [f.name for f in stops] == ["picture_sizes"] and f"of the boards, {size} pixels" in stops[0].says

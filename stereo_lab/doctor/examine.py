@@ -13,7 +13,7 @@ from stereo_lab.common.files import typed
 from stereo_lab.common.threads import one_thread
 from stereo_lab.doctor.advice import ADVICE
 from stereo_lab.doctor.cameras import Cameras, check_cameras
-from stereo_lab.doctor.findings import NOTE, STOPS, Checkup, Finding, in_order, severity_of
+from stereo_lab.doctor.findings import NOTE, STOPS, Checkup, Finding, in_order, listed, severity_of
 from stereo_lab.doctor.known import doubt_mm, noise_mm
 from stereo_lab.doctor.measured import SETS, check_balls
 from stereo_lab.doctor.pictures import Looked, copies_told, look_at
@@ -57,6 +57,8 @@ def check_recording(recording: Recording, progress: Progress | None = None) -> C
     if calibration is not None and any(finding.name == "image_size" for finding in findings):
         recording = replace(recording, image_size=calibration.image_size)  # told once
     findings += _look_at_sets(recording, findings, say)
+    if calibration is not None:
+        findings = _other_size_than_boards(findings, calibration.image_size)
     findings += copies_told(recording) + arm_told(recording)
     if calibration is not None:
         findings = [replace(f, does_mm=cameras.noise_mm) if f.name in LIGHT else f for f in findings]
@@ -151,10 +153,25 @@ def _broken(set_name, spoilt):
     if not spoilt:
         return []
     files = tuple(f"{set_name}/{name}" for name in spoilt)
-    says = str(next(iter(spoilt.values()))) + (
-        f" So are {len(spoilt) - 1} more of {set_name}." if len(spoilt) > 1 else ""
+    why = next(iter(spoilt.values()))
+    says = str(why) + (f" So are {len(spoilt) - 1} more of {set_name}." if len(spoilt) > 1 else "")
+    name = why.fault or "picture_broken"
+    return [Finding(name, says, ADVICE[name], files, severity=STOPS)]
+
+
+def _other_size_than_boards(findings, size):
+    """Balls of another size than the boards put down once: no image_size fits both."""
+    apart = [f for f in findings if f.name == "picture_sizes" and not f.files[0].startswith("calibration/")]
+    if not apart:
+        return findings
+    sets = dict.fromkeys(f.files[0].split("/")[0] for f in apart)
+    files = tuple(name for f in apart for name in f.files)
+    says = (
+        f"{len(files)} pairs of the {listed('set', list(sets))} have pictures of another size than those of the boards, "
+        f"{size[0]}x{size[1]} pixels: what the boards tell of the cameras holds for one size alone."
     )
-    return [Finding("picture_broken", says, ADVICE["picture_broken"], files, severity=STOPS)]
+    rest = [f for f in findings if f not in apart and f.name != "image_size"]
+    return [*rest, Finding("picture_sizes", says, ADVICE["picture_sizes"], files, severity=STOPS)]
 
 
 def _look_at_sets(recording, known, say):
@@ -268,7 +285,7 @@ def _look_at_balls(recording, cameras, clean, findings, say):
         told = check_balls(recording, cameras, clean, lambda *n: say("look at the balls", *n))
     except StereoLabError as error:
         unreadable = _unreadable(error)
-        told = any(f.says.startswith(unreadable.says) for f in findings)
+        told = any(f.says.startswith(unreadable.says) or f.name == error.fault for f in findings)
         return findings if told else [*findings, unreadable]
     if told.mirror:
         what = "mirror images" if told.mirror == "both_mirrored" else "upside down"

@@ -175,7 +175,8 @@ class StereoPair:
             raise RecordingError(
                 f"{path} is {size[0]}x{size[1]} pixels, but this recording is "
                 f"{self.image_size[0]}x{self.image_size[1]}. All pictures of a recording have one size: "
-                "take it again, or correct image_size in recording.json."
+                "take it again, or correct image_size in recording.json.",
+                fault="picture_sizes",
             )
         return image
 
