@@ -638,6 +638,7 @@ def test_of_squares_that_are_a_little_wrong_it_is_said_what_the_fit_makes_of_the
     (finding,) = check_recording(wrong).findings
     alone = 100 * abs(1 - times)  # a square that is told too short makes all distances too short by as much
     assert finding.name == "square_scale" and "as long as it stands on these balls" in finding.says
+    assert f"% {'farther apart' if times < 1 else 'nearer together'} than" in finding.says and "-" not in finding.says
     assert float(re.search(r"distances are ([\d.]+) % wrong", finding.says)[1]) == pytest.approx(alone, abs=0.3)
     fits = [Localizer.fit(recording) for recording in (wrong, third_rig)]
     balls = [s.pair for s in third_rig.samples("evaluation")][::3]
@@ -1032,3 +1033,12 @@ def test_boards_and_balls_of_two_sizes_are_told_once(third_rig, tmp_path, halved
         cv2.imwrite(str(picture), cv2.resize(cv2.imread(str(picture)), None, fx=0.5, fy=0.5, interpolation=3))
     stops = [f for f in check_recording(spoilt).findings if f.severity == STOPS]
     assert [f.name for f in stops] == ["picture_sizes"] and f"of the boards, {size} pixels" in stops[0].says
+
+
+@pytest.mark.parametrize(("turned", "offered"), [([-1, 1, 1], True), ([1, -1, 1], False)])
+def test_an_x_the_other_way_round_may_be_a_world_in_a_mirror(third_rig, tmp_path, turned, offered):
+    spoilt = spoil(third_rig, tmp_path / "spoilt", [])
+    for name in ("position", "depth"):
+        rewrite(spoilt, name, lambda t: t * turned)
+    (finding,) = check_recording(spoilt).findings
+    assert finding.name == "sign" and ("mirror images" in finding.advice) is offered

@@ -29,7 +29,7 @@ def swapped(bench, tmp_path):
 
 
 def test_the_swap_is_offered_and_done(swapped, capsys):
-    with pytest.raises(SwappedSidesError, match="calibrate .*mine --swap"):
+    with pytest.raises(SwappedSidesError, match="mirror images.* calibrate .*mine --swap"):
         calibrate_anew(open_recording(swapped))
     first = (swapped / "calibration" / "left" / "000.jpg").read_bytes()
     assert main(["calibrate", str(swapped), "--swap"]) in (0, 1)

@@ -114,7 +114,8 @@ def check_sides(rig: Rig) -> None:
     if step @ across < 0:
         raise SwappedSidesError(
             "Left and right are swapped: the camera called right stands to the left of the other. "
-            "Swap the folders (or the two patterns, or the two camera numbers).",
+            "Swap the folders (or the two patterns, or the two camera numbers). Or do both cameras show mirror images: can you "
+            "read text in their pictures? If not, switch the mirror image off and take everything again.",
             fault="sides_swapped",
         )
 

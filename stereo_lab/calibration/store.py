@@ -98,7 +98,7 @@ def _make(recording, key, progress):
     except SwappedSidesError as error:
         swap = f"stereo-lab calibrate {typed(recording.path)} --swap"
         raise SwappedSidesError(
-            f"{error} Or have it done, for every set of this recording: {swap}. In some sets alone? stereo-lab check says in which.",
+            f"{error} To have the folders swapped, for every set of this recording: {swap}. In some sets alone? stereo-lab check says in which.",
             error.fault,
         ) from None
     result = replace(made, made_from=key)

@@ -59,6 +59,7 @@ ADVICE = {
     "ball_lost": "Look at these pictures, and take them again.",
     "columns_exchanged": "Put the columns of measured.csv into the order x, y, depth.",
     "sign": "x grows to the right and y upwards, as the cameras see it, and depth away from them: turn the sign of this column round.",
+    "sign_of_x": "x grows to the right, as the cameras see it: turn the sign of this column round. Or are all pictures mirror images, boards and balls, in which no text can be read? Then switch that off and take everything again.",
     "none_to_fit": "Write fit in the column use for at least every second line; or leave the column empty.",
     "no_line": "Write a line for each picture, with its name, x, y and depth; or take the picture away.",
     "other_side": "Count it from the same point, and towards the same side, as in the other sets.",

@@ -224,7 +224,8 @@ def _whole_table(best, table, seen):
         return _another_origin(best, files, next(s.set_name for s in seen if s.name not in files))
     name = {"columns": "columns_exchanged", "side": "sign", "unit_of_column": "unit"}.get(best.name, best.name)
     does = float(np.percentile(np.linalg.norm(best.table - table, axis=1), MOST))
-    advice = ADVICE["other_side" if best.name == "side" else name]
+    mirror = best.name == "sign" and best.what == "x" and not best.sets  # a world in a mirror has its x the other way
+    advice = ADVICE["other_side" if best.name == "side" else "sign_of_x" if mirror else name]
     return Finding(name, says[best.name], advice, files, does)
 
 

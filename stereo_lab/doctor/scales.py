@@ -106,7 +106,7 @@ def scales_told(
         so = f"{which} in {unit}" if unit else f"the squares are {square * by_ruler:.1f} mm wide"
         says = (
             f"With squares of {square:g} mm the cameras stand {told_mm(baseline)} mm apart, and all measured places are "
-            f"{by_ruler:.3g} times as far from each other as the cameras tell: {so}."
+            f"{told_mm(by_ruler)} times as far from each other as the cameras tell: {so}."
         )
         return [Finding("square_unit", says, ADVICE["square_unit"], (), abs(1 - 1 / by_ruler) * calibration.depth_mm)]
     if ruler_off and best.name in ("as_is", "scale"):
@@ -114,7 +114,7 @@ def scales_told(
         percent = 100 * (by_ruler - 1)
         agree = "The ball's size agrees. " if abs(by_ball / by_ruler - 1) < SIZE_PART / 2 and ball_off else ""
         says = (
-            f"The measured places lie {percent:+.1f} % farther apart than the cameras tell: the squares are "
+            f"The measured places lie {abs(percent):.1f} % {'farther apart' if percent > 0 else 'nearer together'} than the cameras tell: the squares are "
             f"{square * by_ruler:.2f} mm and not {square:g}. {agree}Or the ruler is wrong by as much."
         )
         return [Finding("square_scale", says, ADVICE["square_scale"], (), does)]
