@@ -247,6 +247,9 @@ def it_takes_both_changes(text):
         text, "Hough and Eq. 4, all samples:", "only the pixels changed:", "only the formula changed:", "both changed:"
     )
     assert both < 0.9 * min(pixels, formula) and max(pixels, both) < start
+    no_fit = re.search(r"^Hough circle +[\d.-]+ +-\s", text, re.MULTILINE)
+    closing = re.search(r"^depth, mean error \(mm\) +8 +(\S+)", text, re.MULTILINE).group(1)
+    assert (closing == "-") == bool(no_fit)
     exact = list(map(float, re.search(r"^true centres +(.*)$", text, re.MULTILINE).group(1).split()[:5]))
     assert max(exact[:4]) < 1.3 * min(exact[:4]) and exact[4] < 0.5 * min(exact[:4])
 
