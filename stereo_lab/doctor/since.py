@@ -20,10 +20,9 @@ from stereo_lab.localization.matching import ROW_PX
 # A ball's centre is told to some hundredths of a pixel, the boards' rows to a tenth: so much is a move, where all balls agree on it
 A_LITTLE_PX, ALIKE = 1.0, 3.0
 ASIDE_PX = np.linspace(-24, 24, 25)  # so far to the side a camera that was turned may show the balls
-LONGER = np.linspace(
-    -0.06, 0.06, 25
-)  # of a focal length: a thin lens of 4 mm that is focused at 0.3 m is 1.4 % longer than one focused far away
-FINER = np.linspace(-1, 1, 17)
+# Of a focal length: a thin lens of 4 mm is 1.4 % longer focused at 0.3 m than far away
+LONGER = np.linspace(-0.06, 0.06, 25)
+FINER = np.linspace(-1, 1, 17)  # steps of the tries, about, that are then taken in smaller ones
 ONE_LINE = 3.0  # what one line costs that is wrong
 
 
@@ -106,12 +105,14 @@ def changed_since(
         rough = min(way.tries, key=partial(cost, change))
         amount = min(rough + way.finer, key=partial(cost, change))
         found.append((cost(change, amount), change, float(amount)))
-    least, change, amount = min(found)
+    _, change, amount = min(found)
     points = without(change, amount)
-    mended = replace(best, name="as_is", what="", table=table, placed=place(points, table, deep))
-    as_it_is = best.name == "as_is"  # a ruler read badly has no cause: a change must explain more then, and nearly all
-    if least > best.placed.cost - (ONE_LINE if as_it_is else 1) or as_it_is and not agree(mended.placed, sets):
+    placed = place(points, table, deep)
+    gain = best.placed.cost - placed.cost
+    # A ruler that was read badly has no cause: where no scale explains it, a change must explain nearly all
+    if gain < 1 or best.name == "as_is" and (gain < ONE_LINE or not agree(placed, sets)):
         return None
+    mended = replace(best, name="as_is", what="", table=table, placed=placed)
     does = float(np.percentile(np.abs(points - places(seen, calibration))[:, 2], MOST))
     name, says = _in_words(change, amount, calibration)
     return points, mended, Finding(name, says, ADVICE[f"{name}_since"], tuple(s.name for s in seen), does)
