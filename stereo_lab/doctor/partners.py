@@ -172,14 +172,15 @@ def mirrored_sets(sightings: Sequence[Sighting], calibration: StereoCalibration)
     for s in sightings:
         if s.left is not None and s.right is not None:
             by_set.setdefault(s.set_name, []).append((s.left, s.right))
+    as_is = {name: _agreeing(calibration, balls).sum() for name, balls in by_set.items()}
     for flip, whose in FLIPS.items():
-        fits = {
-            name: (_agreeing(calibration, balls).sum(), _agreeing(calibration, balls, flip).sum(), len(balls))
+        flipped = {name: _agreeing(calibration, balls, flip).sum() for name, balls in by_set.items()}
+        if any(
+            flipped[name] >= max(LEAST, MOST * len(balls)) and as_is[name] <= flipped[name] / 3
             for name, balls in by_set.items()
-        }
-        if any(flipped >= max(LEAST, MOST * count) and as_is <= flipped / 3 for as_is, flipped, count in fits.values()):
+        ):
             # Beside a set that tells it, one in which both ways fit many pairs by chance goes by the better of the two
-            sets = [name for name, (as_is, flipped, _) in fits.items() if flipped > as_is]
+            sets = [name for name in by_set if flipped[name] > as_is[name]]
             says = f"In the {listed('set', sets)} {whose} pictures are mirror images; those of the boards are not."
             files = tuple(s.name for s in sightings if s.set_name in sets)
             name = "both_mirrored" if all(flip) else "mirrored"
