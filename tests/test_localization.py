@@ -90,7 +90,7 @@ def test_a_wrong_lock_is_a_missed_sample(bench, bench_calibration):
     good = [Detection(300 + d, 200, 20, 1) for d in (90, 0, 70, 0, 50, 0)]
     fit = [replace(s, use="fit") for s in bench.samples("depth")[:5]]
     eyes = Eyes(good[1], good[0], None, good[1], *good)
-    seen, places, missed = paper._rectified_samples(bench, "depth", {"depth": fit}, bench_calibration, eyes)
+    seen, places, missed, _ = paper._rectified_samples(bench, "depth", {"depth": fit}, bench_calibration, eyes, 3)
     assert seen[:, 2].tolist() == [90, 70, 50] and missed == ["depth/000", "depth/001"]
     assert places[:, 2].tolist() == [s.measured.depth_mm for s in fit[2:]]
 
@@ -99,7 +99,17 @@ def test_swapped_cameras_are_guessed_by_the_papers_way(bench, bench_calibration)
     fit = [replace(s, use="fit") for s in bench.samples("depth")[:3]]
     eyes = Eyes(*[Detection(300 + d, 200, 20, 1) for d in (0, 90, 0, 70, 0, 50)])
     with pytest.raises(StereoLabError, match="swapped"):
-        paper._rectified_samples(bench, "depth", {"depth": fit}, bench_calibration, eyes)
+        paper._rectified_samples(bench, "depth", {"depth": fit}, bench_calibration, eyes, 3)
+
+
+@pytest.mark.parametrize(("needed", "stand_ins"), [(2, []), (3, ["depth/003"])])
+def test_a_check_sample_stands_in_where_too_few_are_left(bench, bench_calibration, needed, stand_ins):
+    first = bench.samples("depth")[:5]
+    samples = [replace(s, use="fit" if k < 3 else "check") for k, s in enumerate(first)]
+    good = [Detection(300 + d, 200, 20, 1) for d in (90, 0, 70, 0, 50, 0)]
+    eyes = Eyes(*good[:4], None, None, *good[4:])
+    told = paper._rectified_samples(bench, "depth", {"depth": samples}, bench_calibration, eyes, needed)
+    assert told[2:] == (["depth/002"], stand_ins) and len(told[0]) == 2 + len(stand_ins)
 
 
 def test_missed_samples_are_named_with_their_set(bench, bench_calibration, tmp_path):
@@ -463,6 +473,20 @@ def test_a_run_on_a_spoilt_recording_says_that_the_recording_is_at_fault(tmp_pat
     else:
         assert any(sentence.startswith(says) for sentence in told), told
         assert told[-1].endswith(f"stereo-lab check {folder}")
+
+
+def test_what_the_papers_way_had_to_fit_on_judges_neither_way(tmp_path):
+    """Without an evaluation set the check samples judge; on three samples Eq. 4 has no error, wherever they lie."""
+    folder = tmp_path / "rig"
+    shutil.copytree(ROOT / "data" / "bench", folder, ignore=shutil.ignore_patterns("evaluation", "truth.json", "track"))
+    for side in ("left", "right"):
+        cv2.imwrite(str(folder / "depth" / side / "005.jpg"), np.full((480, 640, 3), 200, np.uint8))
+    results = evaluation.evaluate(open_recording(folder))
+    assert results.localizers["paper"].way.stand_ins == ("depth/004",)
+    judges = {method: [s.pair.full_name for s, _ in found] for method, found in results.found.items()}
+    assert judges["paper"] == judges["cone"] and "depth/004" not in judges["cone"]
+    assert np.abs(results.errors("paper", "volume")[0][:, 2]).min() > 0.1
+    assert any("stand in, and judge nothing: depth/004." in sentence for sentence in report.sentences(results))
 
 
 def test_a_run_by_tables_that_fit_nowhere_says_so_before_anything_moves(tmp_path, capsys):

@@ -98,6 +98,11 @@ class Localizer:
                 f"In {len(self.missed)} of {count} measured pairs the two cameras show no ball in one place, and they are left out of "
                 f"the fit: {first_of(self.missed)}."
             )
+        if self.way.stand_ins:
+            said.append(
+                "Too few of the samples to fit on are left, so samples to check on stand in, and can judge nothing: "
+                f"{first_of(self.way.stand_ins)}."
+            )
         if self.unlike:
             said.append(
                 f"The measured samples contradict each other, {len(self.unlike)} of {count} by more than {FAR_OFF:.0f} times what cameras "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -41,6 +42,7 @@ class ConeWay:
     doubt : Doubt, how far off a place may be
     arm_depth_mm : float, depth of the arm's plane
     diameter_mm : float, of the ball
+    stand_ins : tuple, always empty: every sample but those that are left out is fitted on
     color_told : str, what was gained by letting the ball mark its own colour; empty where its name is used
     backgrounds : (ndarray, ndarray), what the cameras see where no ball is, by the samples; empty where these are too few
     """
@@ -53,6 +55,7 @@ class ConeWay:
     diameter_mm: float
     color_told: str = ""
     backgrounds: tuple[np.ndarray, ...] = ()
+    stand_ins: ClassVar[tuple[str, ...]] = ()
 
     @classmethod
     def fit(

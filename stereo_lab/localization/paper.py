@@ -26,6 +26,7 @@ class PaperWay:
     detector : BallDetector, for both cameras
     x_line, y_line : LineFit, Eq. 2 and 1: millimetres from the left rectified pixel
     depth : PaperDepth, Eq. 4: millimetres from the disparity
+    stand_ins : tuple of str, "set/name": samples to check on that had to be fitted on, for too few of the others show the ball
     color_told, squares_told : str, always empty: Algorithm 1 takes the bounds that it is given, and Eq. 4 takes any length
     """
 
@@ -34,6 +35,7 @@ class PaperWay:
     x_line: LineFit
     y_line: LineFit
     depth: PaperDepth
+    stand_ins: tuple[str, ...] = ()
     color_told: ClassVar[str] = ""
     squares_told: ClassVar[str] = ""
 
@@ -47,17 +49,22 @@ class PaperWay:
     ) -> tuple[PaperWay, np.ndarray, tuple[str, ...]]:
         """The way, its residuals (see :class:`Localizer`) and the samples it missed."""
         detector = BallDetector(color, "paper")
-        plane, places, missed = _rectified_samples(recording, "position", samples, calibration, detector)
-        check_enough(plane, missed, 2, recording, detector.color)
-        along, depths, lost = _rectified_samples(recording, "depth", samples, calibration, detector)
-        check_enough(along, lost, 3, recording, detector.color)
+        plane, places, missed, stood_in = _rectified_samples(
+            recording, "position", samples, calibration, detector, LINE_NEEDS
+        )
+        check_enough(plane, missed, LINE_NEEDS, recording, detector.color)
+        along, depths, lost, as_well = _rectified_samples(
+            recording, "depth", samples, calibration, detector, EQ4_NEEDS
+        )
+        check_enough(along, lost, EQ4_NEEDS, recording, detector.color)
         x_line, y_line = LineFit.fit(plane[:, 0], places[:, 0]), LineFit.fit(plane[:, 1], places[:, 1])
         depth = PaperDepth.fit(along[:, 2], depths[:, 2])
         residuals = np.full((len(plane) + len(along), 3), np.nan)
         residuals[: len(plane), 0] = x_line.residuals_mm
         residuals[: len(plane), 1] = y_line.residuals_mm
         residuals[len(plane) :, 2] = depth.residuals_mm
-        return cls(calibration, detector, x_line, y_line, depth), residuals, (*missed, *lost)
+        way = cls(calibration, detector, x_line, y_line, depth, (*stood_in, *as_well))
+        return way, residuals, (*missed, *lost)
 
     def detect(
         self, left: np.ndarray, right: np.ndarray, near: tuple[Detection, Detection] | None = None
@@ -78,6 +85,7 @@ class PaperWay:
 
 
 SIDES = ("left", "right")
+LINE_NEEDS, EQ4_NEEDS = 2, 3  # samples: as many as there are unknowns
 
 
 def _in_rectified(calibration, detector, left, right):
@@ -95,17 +103,17 @@ def _raw(calibration, detection, side):
     return replace(detection, u=float(center[0]), v=float(center[1]), radius_px=float(radius))
 
 
-def _rectified_samples(recording, set_name, samples, calibration, detector):
-    """(u, v, disparity) in rectified px and (x, y, depth) in mm of the samples to fit on, and the missed ones.
+def _rectified_samples(recording, set_name, samples, calibration, detector, needed):
+    """(u, v, disparity) in rectified px and (x, y, depth) in mm of the samples to fit on; the missed ones, and who stood in for them.
 
-    Where a sample to fit on is missed, the sample to check on that is nearest in depth takes its place: Eq. 4 has three
-    unknowns and three samples, and none to spare.
+    Where so many are missed that fewer than needed are left, the samples to check on that are nearest in depth take their places:
+    Eq. 4 has three unknowns and often just three samples.
     """
     spare = [s for s in samples[set_name] if s.use != "fit"]
     samples = [s for s in samples[set_name] if s.use == "fit"]
     if not samples:
         raise RecordingError(f'{recording.path / set_name / "measured.csv"} has no row whose use is "fit".')
-    seen, places, missed, turned = [], [], [], 0
+    seen, places, missed, stand_ins, turned = [], [], [], [], 0
     queue = list(samples)
     while queue:
         sample = queue.pop(0)
@@ -113,10 +121,12 @@ def _rectified_samples(recording, set_name, samples, calibration, detector):
         if found is None or found[0].u <= found[1].u:
             turned += found is not None
             missed.append(sample.pair.full_name)
-            if spare:
+            if spare and len(seen) + len(queue) < needed:
                 depth = sample.measured.depth_mm
                 queue.append(spare.pop(int(np.argmin([abs(s.measured.depth_mm - depth) for s in spare]))))
             continue
+        if sample.use != "fit":
+            stand_ins.append(sample.pair.full_name)
         left, right = found
         seen.append([left.u, left.v, left.u - right.u])
         places.append([sample.measured.x_mm, sample.measured.y_mm, sample.measured.depth_mm])
@@ -126,4 +136,4 @@ def _rectified_samples(recording, set_name, samples, calibration, detector):
             f"In {turned} of {tried} {set_name} samples the ball is farther left in the left picture than in the "
             "right one, as if it were behind the cameras. Are left and right swapped?"
         )
-    return np.array(seen).reshape(-1, 3), np.array(places).reshape(-1, 3), missed
+    return np.array(seen).reshape(-1, 3), np.array(places).reshape(-1, 3), missed, stand_ins

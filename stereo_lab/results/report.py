@@ -113,6 +113,16 @@ def _doubts(results, unlike):
     said = []
     if "cone" in results.localizers:
         said += results.localizers["cone"].doubts
+    if "paper" in results.localizers and (stand_ins := results.localizers["paper"].way.stand_ins):
+        said.append(
+            f"The paper's way finds the ball in too few samples to fit on. Samples to check on stand in, and judge nothing: {first_of(stand_ins)}."
+        )
+    lost = [s.pair.full_name for s, place in results.found.get("paper", []) if place is None]
+    if lost:
+        said.append(
+            f"In {len(lost)} of {len(results.found['paper'])} pairs that judge the paper's way finds no ball; its numbers are of the others: "
+            f"{first_of(lost)}."
+        )
     judged = results.found.get("cone", [])
     missed = [s.pair.full_name for s, place in judged if place is None]
     if missed:
