@@ -66,14 +66,14 @@ def how_it_moves(function, right, inputs, names, parts, room=NEAR):
         if len(seen) > 1 and _is_added(name, function, right, inputs, names, parts):
             return f"yours is off by something that hangs on {name} alone: look at where {name} comes in."
     wrong = [
-        (abs((after - before) / (becomes - was) - 1), name, before, after, was, becomes)
+        ((after - before) / (becomes - was), name, before, after, was, becomes)
         for name, tries in seen.items()
         for before, after, was, becomes, _ in tries
         if not near(was, becomes) and not near(after - before, becomes - was)
     ]
-    if not wrong:
-        return ""
-    _, name, before, after, was, becomes = max(wrong, key=lambda one: one[0])
+    if not wrong or near([one[0] for one in wrong], np.full(len(wrong), wrong[0][0])):
+        return ""  # all is so many times as large: that is no argument's fault
+    _, name, before, after, was, becomes = max(wrong, key=lambda one: abs(one[0] - 1))
     return (
         f"look at {name}: twice as large it should bring {say(was)} to {say(becomes)}; "
         f"yours goes from {say(before)} to {say(after)}."

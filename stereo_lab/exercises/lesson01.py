@@ -10,6 +10,7 @@ import numpy as np
 from stereo_lab.calibration import calibrate_recording
 from stereo_lab.exercises.answers import Choice, Function, Number, Wrong
 from stereo_lab.exercises.question import Question, lesson
+from stereo_lab.exercises.reading import ACROSS, DOWN
 from stereo_lab.recording import Recording, open_recording
 
 TRIES = (
@@ -122,7 +123,7 @@ def _corners(board):
             ),
             "where four squares meet; the rim does not count.",
             also=([columns, rows],),
-            labels=(("across", "columns", "column", "wide"), ("down", "rows", "row", "high")),
+            labels=(ACROSS, DOWN),
         ),
         hints=(
             "The coloured dots of the figure sit on the corners that count.",

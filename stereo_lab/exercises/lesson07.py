@@ -41,6 +41,8 @@ def _angles(l1, l2):
                 Wrong(lambda x, y, l1, l2: (shoulder_deg(l1, l2, x, y, 90.0), 90.0), "the elbow is not always at 90 degrees: elbow_deg tells it from the place."),
                 Wrong(lambda *t: angles_for(*t)[::-1], "the shoulder comes first, then the elbow."),
                 Wrong(lambda *t: tuple(math.radians(a) for a in angles_for(*t)), "those are radians. The arm counts in degrees."),
+                Wrong(lambda *t: (math.radians(angles_for(*t)[0]), angles_for(*t)[1]), "θ1 is in radians then. The arm counts in degrees, and shoulder_deg gives them."),
+                Wrong(lambda *t: (angles_for(*t)[0], math.radians(angles_for(*t)[1])), "θ2 is in radians then. The arm counts in degrees, and elbow_deg gives them."),
                 Wrong(
                     lambda x, y, a, b: (math.degrees(math.atan2(y, x)), elbow_deg(a, b, x, y)),
                     "that shoulder points straight at the place; the bent elbow needs the second part of Eq. 6.",
@@ -69,7 +71,7 @@ def _angles(l1, l2):
                 Wrong(lambda x, y, a, b: angles_for(y, x, a, b), "x and y are swapped."),
             ),
             "the elbow by the distance of the place, then the shoulder by its direction.",
-            domain="acos got a number outside −1…1, for a place that is in reach. Do the links and the place stand in the right order?",
+            domain="acos got a number outside −1…1, for a place that is in reach. Are the links and the place given on as they are, and in the right order?",
         ),
         hints=(
             "Eq. 6 needs θ2. So which one comes first?",
@@ -131,7 +133,7 @@ def _gone(given):
 
 
 def _ahead():
-    tries = ((100.0, 250.0, 0.08), (-40.0, -120.0, 0.05), (0.0, 0.0, 0.3), (10.5, 33.0, 0.07))
+    tries = ((100.0, 250.0, 0.08), (-40.0, -120.0, 0.05), (0.0, 0.0, 0.3), (10.5, -33.0, 0.07))
     return dict(
         asks="Where will the ball be after some seconds, if it goes on as it does?",
         answer=Function(

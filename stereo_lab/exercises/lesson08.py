@@ -9,6 +9,7 @@ import numpy as np
 from stereo_lab.doctor import healthy
 from stereo_lab.exercises.answers import Choice, Function, Number, Wrong
 from stereo_lab.exercises.question import Question, lesson
+from stereo_lab.exercises.reading import ACROSS, DOWN
 from stereo_lab.recording import Recording
 
 RULER_MM, PRINTED_MM = 100.0, 98.0  # of the ruler on the sheet: as drawn, and as it left the printer
@@ -166,7 +167,7 @@ def _board(well):
             ),
             "one fewer than squares, each way.",
             also=([columns, rows],),
-            labels=(("across", "columns", "column", "wide"), ("down", "rows", "row", "high")),
+            labels=(ACROSS, DOWN),
         ),
         hints=(
             "Count in the enlarged picture, along the longer side, then along the shorter one.",

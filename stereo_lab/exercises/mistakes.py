@@ -109,8 +109,8 @@ def _of_one(say_of, function, right, inputs, given, wanted, names, parts, room):
     told = told or say_of(_entry(function, k), asked, inputs, names, parts, max(room, NEAR))
     if not told or not several:
         return told
-    alone = f"the other{'s are' if len(off) > 2 else ' one is'} right. " if sum(off) == 1 else ""
-    return f"the {('first', 'second', 'third')[k]} number: {alone}{told}"
+    alone = f" (The other{'s are' if len(off) > 2 else ' one is'} right.)" if sum(off) == 1 else ""
+    return f"the {('first', 'second', 'third')[k]} number: {told}{alone}"
 
 
 def _rounds(function, right, inputs, given, wanted):

@@ -47,6 +47,9 @@ BOUNDS = (
     (rf"\b{A_LITTLE}(more\s+than|over|above)\s+(?=[-−.\d]|half\s)|,?\s+and\s+(an?\s+)?((little\s+)?bit|little|more)(\s+more)?$", 1),
     (rf"\b({A_LITTLE}(less\s+than|under|below)|almost)\s+(?=[-−.\d]|half\s)", -1),
 )  # fmt: skip
+# "twenty-four and a half", "24 point 5", "24 1/2"
+TENS_AND_ONES = re.compile(rf"\b({'|'.join(TENS)})[\s-]({'|'.join(NAMES[1:10])})\b")
+FRACTION = re.compile(r"(?<![\d./])(?:(\d+)\s+)?([1-9])\s?/\s?([2-9]|10)(?![\d/])")
 A_SECOND = re.compile(r"\s*(/|\b(per|in|within|an?|each|every)\b)\s*(1|one)?\s*(s|sec|seconds?)\b|\bs(\^-1|⁻¹)")
 # What a unit measures, and how many of the kit's unit it is
 UNITS = {
@@ -61,12 +64,17 @@ UNITS = {
     **dict.fromkeys(("min", "minute", "minutes"), ("ms", 60_000)),
     **dict.fromkeys(("v", "volt", "volts"), ("V", 1)), "mb": ("MB", 1), "hz": (A_RATE, 1), "khz": (A_RATE, 1000), "kg": ("g", 1000), "g": ("g", 1),
     # and those that nobody needs here, lest a number in one of them be taken for the right one
-    "nm": ("mm", 1e-6), **dict.fromkeys(("ft", "foot", "feet"), ("mm", 304.8)), **dict.fromkeys(("yd", "yard", "yards"), ("mm", 914.4)),
+    "rpm": ("turns a minute", 1), **dict.fromkeys(("wave", "waves"), ("waves", 1)), "nm": ("mm", 1e-6), **dict.fromkeys(("ft", "foot", "feet"), ("mm", 304.8)), **dict.fromkeys(("yd", "yard", "yards"), ("mm", 914.4)),
     **dict.fromkeys(("µs", "μs", "us", "microsecond", "microseconds"), ("ms", 0.001)), **dict.fromkeys(("ns", "nanosecond", "nanoseconds"), ("ms", 1e-6)),
     **dict.fromkeys(("h", "hour", "hours"), ("ms", 3_600_000)), "mrad": ("degrees", 0.18 / np.pi),
     **dict.fromkeys(("arcmin", "arcminutes"), ("degrees", 1 / 60)), **dict.fromkeys(("arcsec", "arcseconds"), ("degrees", 1 / 3600)),
     **dict.fromkeys(("gon", "grad"), ("degrees", 0.9)),
 }  # fmt: skip
+THINGS = re.compile(rf"{NUMBER.pattern}\s*(pairs?|pictures?|frames?|boards?|steps?|edges?)\b")  # counted, and no measure
+# What may stand beside the numbers of a board's columns and rows
+ACROSS = ("across", "columns", "column", "wide", "horizontal", "horizontally", "left")
+DOWN = ("down", "rows", "row", "high", "vertical", "vertically", "top")
+IN_A_ROW, IN_A_COLUMN = (re.compile(rf"\b(in|per)\s+((an?|the|each|every|one)\s+)?(\w+\s+)?{of}\b") for of in ("row", "column"))
 SMALL_WORDS = frozenset(("a", "an", "the", "it", "its", "in", "on", "of", "is", "to", "ones"))
 
 
@@ -81,12 +89,14 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
     labels : for each number the words that may stand beside it, where their order is not to matter
     """
     text = re.sub(r"^\s*(pi|π)(?=\s*rad)", f"{np.pi}", text, flags=re.I)
-    text = re.sub(r"^\s*half[\s-](an?\s)?(?=[a-z])", "0.5 ", text, flags=re.I)
+    text = re.sub(r"^\s*(?:(?:an?|one)\s)?half[\s-](an?\s)?(?=[a-z])", "0.5 ", text, flags=re.I)
+    text = TENS_AND_ONES.sub(lambda part: f"{IN_WORDS[part[1].lower()][0]}{IN_WORDS[part[2].lower()]}", text)
     if CODE.match(text.rpartition("=")[2]):
         return "this is Python in quotes. Take the quotes away, and Python works it out."
     plain = text.lower().replace("−", "-").rpartition("=")[2].strip().rstrip(" .")
     plain = re.sub(r"(?<=\d)\s?([½¼¾])|([½¼¾])", lambda part: PARTS[part[1] or part[2]], plain)  # 24½
     plain = re.sub(r"(?<![\d.])\.(?=\d)", "0.", plain)  # .05
+    plain = re.sub(r"(?<=\d)\s*in$", " inches", plain)
     plain = re.sub(r"(?<=\d)\s+1\s*/\s*s$", " /s", plain)
     plain = re.sub(r"\s+or (more|so|thereabouts)\b", "", ROOM.sub(_without_room, plain))
     plain = re.sub(r"^(?=\d)(.*\d\D*)\bbelow (zero|0)$", r"-\1", plain)
@@ -94,11 +104,13 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
         plain = A_SECOND.sub(" hz", plain)
     if count == 1:
         plain = re.sub(r"(?<=\d)\s(?=\d{3}(\D|$))", "", plain)  # 2 047
+        plain = FRACTION.sub(lambda part: f"{int(part[1] or 0) + int(part[2]) / int(part[3]):g}", plain)
     if unit == "of 255":
         plain = re.sub(r"(out\s+of|of|/)\s*255$", "", plain).strip()
     if unit == "times":
         plain = re.sub(r"^(just )?(as large|the same|same|equal|unchanged)( as .*)?$", "1", plain)
     plain = re.sub(r"[a-z]+", lambda word: IN_WORDS.get(word[0], word[0]), plain)
+    plain = re.sub(r"(?<=\d)\s+point\s+(?=\d)", ".", re.sub(r"(?<=\d)\s+and\s+(?:a|1)\s+0\.5\b", ".5", plain))
     plain = re.sub(r"\b(minus|negative)\s+(?=\d)|^[-–]\s*\(?\s*(?=\d)", "-", plain)
     if (NO_NUMBERS if count == 1 else NO_NUMBERS - {"and"}) & set(re.findall(r"[a-z]+", plain)):
         return _no_number(plain, count)
@@ -145,13 +157,18 @@ def _converted(number, text, unit):
     if " per " in told or " per " in unit:
         above, _, below = ([UNITS.get(word, (word, 1)) for word in part.split()] for part in told.partition(" per "))
         other_rate = " per " in told and [name for name, _ in (*above, ("per", 1), *below)] != unit.split()
-        a_speed = re.search(r" per (s|second)$", told)
+        a_speed = UNITS.get(told.rpartition(" ")[2], ("",))[0] == "ms" and " per " in told
         another = other_rate if " per " in unit or unit == A_RATE else a_speed
         scale = above[0][1] / below[0][1] if " per " in told and " per " in unit and not another else 1
         return f"{unit} is asked for, this is {told}." if another else [number * scale]
+    things = THINGS.search(text)
+    if things and not (unit == A_RATE and things[1].startswith("edge")):
+        return f"{unit} is asked for, this is {things[1]}."
     if "²" in told or "square" in told:
         return f"{unit} is asked for, this is {told}."
     known = [UNITS[word] for word in re.findall(r"[a-zµμ]+|[°%]", told) if word in UNITS]
+    if unit == A_RATE and any(kind != unit for kind, _ in known):
+        return f"{unit} is asked for, this is {told.replace('hz', 'a second')}."
     measures, scale = next((u for u in known if u[0] == unit), known[0] if known else (unit, 1))
     if measures == unit:
         turned = unit == "degrees" and re.search(r"(?<![a-z-])(clockwise|cw)\b", told)  # plus is counter-clockwise
@@ -165,15 +182,17 @@ def _converted(number, text, unit):
 
 def _in_order(numbers, text, labels):
     """Numbers with labels beside them in the order of the labels."""
+    text = IN_A_COLUMN.sub("down", IN_A_ROW.sub("across", text))
     beside = re.split(NUMBER, text)
     for sides in (beside[1:], beside[:-1]):  # the words after each number, or before it
         said = [frozenset(re.findall(r"[a-z]+", side)) for side in sides]
         places = [next((k for k, words in enumerate(said) if words & label), None) for label in labels]
         if labels and None not in places and len(set(places)) == len(places):
             return [numbers[k] for k in places]
-    first, among = beside[1].partition(" of ")[::2]  # "6 rows of 9": the second number is how many are in a row
-    named = [k for k, label in enumerate(labels) if label & frozenset(re.findall(r"[a-z]+", first))]
-    if " of " in beside[1] and len(numbers) == 2 and len(named) == 1 and not among.strip():
+    # "6 rows of 9", "6 rows, 9 in each": the second number is how many are in a row
+    named = [k for k, label in enumerate(labels) if label & frozenset(re.findall(r"[a-z]+", beside[1]))]
+    in_each = re.search(r"\b(of|with)\s*$", beside[1]) or re.search(r"\beach\b", beside[-1])
+    if in_each and len(numbers) == 2 and len(named) == 1:
         return numbers if named == [0] else numbers[::-1]
     return numbers
 
