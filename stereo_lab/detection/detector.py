@@ -257,9 +257,9 @@ class BallDetector:
         return cone
 
 
-def unsure(ball: Detection) -> bool:
+def unsure(ball: Detection, part: float = UNSURE) -> bool:
     """Whether a ball's edge scatters so much that it is worth another look; that of a smear does, however one looks."""
-    return ball.sigma_px is not None and not ball.smeared and ball.sigma_px > UNSURE * ball.radius_px
+    return ball.sigma_px is not None and not ball.smeared and ball.sigma_px > part * ball.radius_px
 
 
 def _least_radius(image):

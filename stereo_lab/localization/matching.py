@@ -11,12 +11,12 @@ import numpy as np
 
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.detection import BALL, BallDetector, Detection
-from stereo_lab.detection.detector import unsure
+from stereo_lab.detection.detector import UNSURE, unsure
 from stereo_lab.detection.judge import distinct
 from stereo_lab.detection.model import Circle
 from stereo_lab.detection.outline import STILL
 from stereo_lab.localization.background import fit_on_background
-from stereo_lab.localization.sphere import one_sphere
+from stereo_lab.localization.sphere import KNOWN, one_sphere
 
 CANDIDATES = 8  # round things of each picture that are paired
 ROW_PX, ROW_OF_RADIUS = 2.0, 0.1  # rows of the two centres may differ by this
@@ -63,8 +63,8 @@ def surer(
 ) -> tuple[Detection, Detection]:
     """A pair of which both edges are looked for again if one of them scatters.
 
-    By what is quiet round it, then on its background where that is known; in both pictures by the same: what is wrong alike
-    in both cancels in the disparity.
+    By what is quiet round it, then on its background where that is known, which is worth it sooner; in both pictures by the same:
+    what is wrong alike in both cancels in the disparity.
 
     Parameters
     ----------
@@ -76,7 +76,8 @@ def surer(
     -------
     (Detection, Detection): as they were where neither is unsure, or where another look tells less
     """
-    if not any(map(unsure, pair)):
+    part = KNOWN if backgrounds else UNSURE
+    if not any(unsure(ball, part) for ball in pair):
         return pair
     again = [detector.again(image, ball) for (detector, image), ball in zip(looks, pair, strict=True)]
     if backgrounds:

@@ -14,8 +14,10 @@ import numpy as np
 from stereo_lab.calibration import StereoCalibration
 from stereo_lab.detection import Detection
 from stereo_lab.detection.cone import LIMIT, LIMIT_PX, SCATTERED, Cone, spread_px, tukey
+from stereo_lab.detection.detector import unsure
 
-CLEAN = 0.9  # so much of each rim on its cone: the ball that fits both has the cones' disparity to 0.01 px
+# So much of each rim on its cone, and each centre known to this part of the radius (on plain grounds it is to half of that): the ball that fits both has the cones' disparity to 0.01 px
+CLEAN, KNOWN = 0.9, 0.006
 SIZE_SIGMA_PX = 0.12  # blur and sharpening move the rim: so much may the ball's radius differ between the pictures
 CONTRADICT = 2.0  # squared, in standard deviations, two of them free: of cones without a fault one pair in three
 ROUNDS, ENOUGH_MM = 10, 0.03  # a tenth of what is known best
@@ -34,10 +36,12 @@ def one_sphere(calibration: StereoCalibration, left: Detection, right: Detection
     Five numbers, the ball's place in the left camera's frame and its radius in each picture (mm), by Gauss and Newton's
     least squares. All that the edges of a picture tell is summed up in its cone. Only where the two cones contradict each
     other the edges are asked again: those that lie far off the ball count less, as in ``fit_cone``. (A ball that was fitted on
-    its background has none.) Where both rims are clean there is nothing to gain; they stay where they are, as do detections of
-    one's own making, which have no cones.
+    its background has none.) Where both rims are clean there is nothing to gain, and something to lose if a camera was nudged; they stay
+    where they are, as do detections of one's own making, which have no cones.
     """
-    if left.cone is None or right.cone is None or min(left.cone.on, right.cone.on) >= CLEAN:
+    if left.cone is None or right.cone is None:
+        return left, right
+    if all(ball.cone.on >= CLEAN and not unsure(ball, KNOWN) for ball in (left, right)):
         return left, right
     cones = left.cone, right.cone
     poses = (EYE, np.zeros(3)), (calibration.rotation, np.ravel(calibration.translation_mm))
