@@ -10,6 +10,7 @@ from typing import Any
 from stereo_lab.exercises.reading import (
     ALL_BUT,
     HANGING,
+    IN_WORDS,
     NEGATIONS,
     OPEN_WORDS,
     UNSURE,
@@ -23,6 +24,15 @@ from stereo_lab.exercises.reading import (
 from stereo_lab.exercises.verdict import NOT_ATTEMPTED, NOT_YET, PASS, Verdict, Wrong
 
 JOINED = re.compile(r"\b(?:and|or)\b")
+UNIT = r"(?:[mc]m|m|(?:milli|centi)?met(?:re|er)s?|(?:milli)?seconds?|minutes|hours|pictures|frames)\b"
+NUMBER_WORD = re.compile(rf"\b({'|'.join(IN_WORDS)})(?:[\s-]+|\s+an?\s+)(?={UNIT})", re.IGNORECASE)
+NOT_ONLY = re.compile(r"\bnot (?:only|just|merely) (.+?),?\s(?:but also|but|also)\s", re.IGNORECASE)
+# What is taken and what is rejected: "on a stick, not in my fingers", "on a stick, fingers away", "it does not move it, it bends it"
+REJECTED = (
+    r"(?P<yes>[^,;(]+?)(?:\s*[,;(]|\s+(?=and\s))\s*(?:(?:and|but)\s+)?(?:not|no|never|without)\s+(?P<no>[^,;]+?)\)?",
+    r"(?P<yes>[^,;(]+?)\s*[,;(]\s*(?P<no>[^,;]+?)\s+(?:far\s+)?away\)?",
+    r"(?:it|they)\s+(?:is|are|does|do|will)\s+not\s+(?P<no>[^,;]+?)\s*[,;]\s*(?:but\s+)?(?P<yes>(?:it|they)\s.+)",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,12 +74,12 @@ class Choice:
         if "____" in answer:
             return Verdict(NOT_ATTEMPTED)
         told = str.strip(answer).lower()
-        answer = without_contractions(str.strip(answer).rstrip(" .!"))
-        if message := told_beside(answer, self.not_meant):
+        answer = self._without_rejected(_in_plain_form(str.strip(answer).rstrip(" .!")))
+        if message := told_beside(before_reason(answer), self.not_meant):
             return Verdict(NOT_YET, message)
         word = answer.lower()
         meant = self.right if word in self.also else self._meant(answer)
-        if meant is None and self._meant(before_reason(answer)) == self.right:
+        if self._meant(before_reason(answer)) == self.right:
             meant, answer = self.right, before_reason(answer)
         if meant == self.right:
             if word != self.right and (self._names_another(answer) or self._turns_round(answer)):
@@ -100,6 +110,18 @@ class Choice:
         if words & NEGATIONS:
             return f"{reprlib.repr(told)} says what it is not. Say what it is"
         return f"{reprlib.repr(told)} is not among the answers"
+
+    def _without_rejected(self, answer):
+        """What is taken of "on a stick, never in my fingers": a wrong answer that is rejected beside it is cut off."""
+        for pattern in REJECTED:
+            found = re.fullmatch(pattern, answer, re.IGNORECASE)
+            if (
+                found
+                and self._meant(found["no"]) in {w.answer for w in self.wrong}
+                and not key_words(found["no"]) & key_words(self.right)
+            ):
+                return found["yes"]
+        return answer
 
     def _names_another(self, answer):
         """Whether words that mean the right option name a wrong one beside it, or say that it is not the right one."""
@@ -151,3 +173,9 @@ class Choice:
             if found:
                 return found[0] if len(found) == 1 else None
         return None
+
+
+def _in_plain_form(answer):
+    """An answer with "is not" for "isn't", figures before units, and "this and that" for "not only this but that"."""
+    answer = NUMBER_WORD.sub(lambda found: IN_WORDS[found[1].lower()] + " ", without_contractions(answer))
+    return NOT_ONLY.sub(r"\1 and ", answer)
