@@ -13,6 +13,12 @@ from stereo_lab.exercises.question import Question, lesson
 from stereo_lab.exercises.reading import ACROSS, DOWN
 from stereo_lab.recording import Recording, open_recording
 
+CURVED = "\\b(bent|bend(s|ing)?|curv(e|es|ed|y|ing)|bow(s|ed|ing)?|arc(s|hed)?|crooked|warp\\w*|distort\\w*|deform\\w*|bulg\\w*|rounds|rounded)\\b"
+MAKES_ROUND = "\\b(makes?|is|gets?|becomes?|looks?)( (it|the|a|straight|lines?|more|quite)){0,3} round"
+PICTURES = "(pairs|ones|pictures|boards|images|data|set)"
+NEW = "(unused|different|other|another|new|fresh|unknown|independent|(cross[- ]?)?validation|held[- ]?(out|back)|left[- ]?out|kept[- ]?back|others)"
+OF_THE_FIT = "(the |its )?(fit|calibration|training)( set)?"
+
 TRIES = (
     ((100.0, 50.0, 1000.0), 700.0, (320.0, 240.0)),
     ((-30.0, 20.0, 500.0), 650.0, (310.0, 250.0)),
@@ -163,12 +169,22 @@ def _lines():
             ),
             same=(
                 (
-                    "^(?!.*\\b(and|or|not|no|never|only|without|straight)\\b).*(bent|bend|curv|bow|warp|distort|crook|(?<!a)round|arc|deform|bulg).*$|.*(not|no longer|no more|hardly|never) ((stay|keep|remain|leave|look|run|be|it|the line|a line|quite|really|exactly|all) ){0,3}straight.*",
+                    f"^(?!.*\\b(and|or|not|no|never|only|without|straight(?! line))\\b).*({CURVED}|{MAKES_ROUND}).*$|^(a )?round$|.*(not|no longer|no more|hardly|never|stops?) ((stay|keep|remain|leave|look|run|be|being|it|the line|a line|quite|really|exactly|all) ){{0,3}}straight.*",
                     "bends it",
                 ),
-                ("(shifts?|displaces?|pushes|pulls|moved|shifted)( (it|the line))?", "moves it"),
+                ("(shifts?|displaces?|move|pushes|pulls|moved|shifted)( (it|the line))?", "moves it"),
                 ("(makes )?(it )?(blurry|blurred|unsharp|out of focus|fuzzy|smeared|smears)( it)?", "blurs it"),
                 ("(does )?nothing( at all)?|no change|(it )?stays( the same| straight)?", "nothing"),
+            ),
+            not_meant=(
+                (
+                    f".*(straightens|unbend|{CURVED} (it|the line|lines)( back| in)?( to)? straight|(less|hardly|barely) {CURVED}|(prevent|stop|keep)s? .*from {CURVED}).*",
+                    "a pinhole keeps it straight. Follow the solid line near the rim: does the lens?",
+                ),
+                (
+                    "((the|a) )?lens (itself )?(is|has) .*",
+                    "that is the lens itself. Follow the solid line near the rim: which shape has it?",
+                ),
             ),
             beside=(
                 (
@@ -213,22 +229,25 @@ def _unseen():
             also=("unseen ones", "unseen pair", "new pairs", "other pairs", "others"),
             same=(
                 (
-                    "((the |some )?(ones|pairs|pictures|boards|images|data|those) )?(which |that )?((it|the fit|the calibration) )?((were|was|are|have|has|had|is|did|does|do|could) )?(not|never) (been )?(use|used|see|saw|seen|know|knew|known|met|in the fit|fitted)( before| yet)?( pairs)?|((the |some )?(ones|pairs|pictures|boards|images|data|those) )?((which|that) (are|were) )?(from )?outside (of )?the fit",
+                    f"((the |some )?(ones|pairs|pictures|boards|images|data|those) )?(which |that )?((it|the fit|the calibration) )?((were|was|are|have|has|had|is|did|does|do|could) )?(not|never) (been )?(use|used|see|saw|seen|know|knew|known|met|fitted|(part of|in|from) {OF_THE_FIT}|(calibrated|train|trained|fitted) (on|with))( before| yet)?( pairs)?|((the |some )?(ones|pairs|pictures|boards|images|data|those) )?((which|that) (are|were) )?(from )?outside (of )?{OF_THE_FIT}|(pairs|pictures|boards|images|ones|data) (that )?(nobody|no one) (has )?(used|seen|saw|knew)",
                     "unseen pairs",
                 ),
                 (
-                    "(un|un-|non-|non |not )seen (pairs|ones|pictures|boards|images|data|set)|(unused|different|other|new|fresh|unknown|test|(cross[- ]?)?validation|held[- ]?(out|back)|left[- ]?out|kept[- ]?back|others)( (pairs|ones|pictures|boards|images|data|set))?|(pairs|pictures|boards|images|ones|data) (that (are|were) )?(kept|held|put|left) (back|out|aside|apart)",
+                    f"(un|un-|non-|non |not )seen {PICTURES}|({NEW}|test) (set of )?{PICTURES}( than [^,;]+)?|^((the|by|on) )*{NEW}$|(pairs|pictures|boards|images|ones|data) (that (are|were) )?(kept|held|put|left) (back|out|aside|apart)",
                     "unseen pairs",
                 ),
                 (
                     "((the )?(ones|pairs|pictures|boards|images|data|those) )(which |that )?(it|the fit|the calibration) (already )?(has |had )?(knows|knew|saw|seen|used|uses|known)|(used|seen|known|old|fitted|these|own|all)( (pairs|ones|pictures))?|(the )?pairs (of|from) the fit|(the )?pairs that were used",
                     "the same pairs",
                 ),
-                ("(more|many|unseen|new) (digits|places|figures|decimals)|accuracy|precision", "more decimals"),
+                (
+                    "(more|many|unseen|new|other|different) (digits|places|figures|decimals)|accuracy|precision",
+                    "more decimals",
+                ),
             ),
             beside=(
                 (
-                    "(the )?(left|right).*|(the )?(worst|best|last|first) .*|(the )?(board|chessboard|camera|lens|ruler|median|focal length|baseline|distortion).*",
+                    f"(the )?(left|right).*|(the )?(worst|best|last|first) .*|((the|a|an) )?({NEW} )?(board|chessboard|camera|lens|ruler|corner|number|calibration|test|median|focal length|baseline|distortion).*",
                     "on which pairs is the error to be looked at: on those of the fit, or on others?",
                 ),
                 (
@@ -239,7 +258,10 @@ def _unseen():
                     ".*(error|rms|median|mean|residual|px|pixel|small|low).*",
                     "a small error, yes. But an error on which pairs: those that it was fitted on, or others?",
                 ),
-                ("(the )?(pairs|pictures|images)", "which pairs: those that it was fitted on, or others?"),
+                (
+                    "(the )?(other )?(pair|picture|image)s?( of (the|a) pair)?",
+                    "which pairs: those that it was fitted on, or others?",
+                ),
             ),
         ),
         hints=(
