@@ -15,9 +15,12 @@ SIGMAS = 4.0  # farther off than so many standard deviations is another ball
 ARM = "((it|the arm) )?((should|must|has to|shall|will) )?(first )?"
 GOES_ON = "(go(es)? on|keeps?|continues?|carr(y|ies) on|follows?|predicts?|guess(es)?|moves?|proceeds?)( going| moving| following)?"
 STOPS = "(stop|brake|halt|freeze|wait|stand|stay|hold|pause)s?"
-MOMENT = "(a (short |little )?(moment|while|time|bit)|0[.,]\\d+ ?s(econds?)?( |,|$)|(some|a few) tenths)"
-TOO_LONG = "((hours?|minutes?|days?|(?<!\\d )(?<!\\d)seconds)\\b|(?<![.,\\d])([2-9]|\\d{2,}) ?s(ec(ond)?s?)?\\b|\\b\\d{4,} ?ms\\b|a long time)"
-SHORT = "(\\b(short(er)?|small|tiny|little|lollipop|usb|match(stick)?|toothpick|pen|pencil|chopstick)\\b|(?<![\\d.,])\\d?\\d([.,]\\d+)? ?(cm|centimet(re|er)s?)\\b|(?<![\\d.,])\\d{1,3}([.,]\\d+)? ?(mm|millimet(re|er)s?)\\b|(?<!\\d)0?[.,]\\d+ ?(m|met(re|er)s?)\\b|(few|some) (mm|cm)\\b)"
+MOMENT = "(a (short |little )?(moment|while|time|bit)|0[.,]\\d+ ?s(econds?)?( |,|$)|(some|a few) (tenths|pictures|frames)|[1-3]?\\d (pictures|frames)|\\d{2,3} ?ms|((a|one) (third|quarter|tenth)|1/\\d+)( of a)? ?s(econd)?\\b)"
+TOO_LONG = "((hours?|minutes?|(day|week|month|year)s?|(?<!\\d )(?<!\\d)seconds)\\b|(?<![.,/\\d])([2-9]|\\d{2,})([.,]\\d+)? ?s(ec(ond)?s?)?\\b|\\b([4-9]\\d|\\d{3,}) (pictures|frames)\\b|\\b\\d{4,} ?ms\\b|a long time)"
+SHORT = "(\\b(short(er)?|small|tiny|little|lollipop|usb|match(stick)?|toothpick|pen|pencil|chopstick|memory)\\b|\\b(less than|no (more|longer) than|at most|under) (a|[01])\\b|(?<![\\d.,])\\d?\\d([.,]\\d+)? ?(cm|centimet(re|er)s?)\\b|(?<![\\d.,])\\d{1,3}([.,]\\d+)? ?(mm|millimet(re|er)s?)\\b|(?<!\\d)0?[.,]\\d+ ?(m|met(re|er)s?)\\b|(few|some) (mm|cm)\\b)"
+LONG = "(more than|over|at least) (a|[1-9]([.,]\\d+)?|\\d\\d\\d(?= ?cm)|\\d{4,}(?= ?mm)) ?(mm|cm|m|met(re|er)s?)"
+BESIDE_IT = ".*stick.*\\b(near|next to|beside|close to) (the |my )?(ball|arm|robot|gripper|hand)\\b.*"
+IT_IS_BACK = "(when|if|once) (the ball|it) (comes|is) (back|out|seen|there|visible)"
 NO_END = "(until|till|for ?ever|always|never)"
 
 
@@ -192,13 +195,15 @@ def _hidden():
             ),
             "as long as the prediction is worth something.",
             same=(
+                ("(?<=then )(stop and )?(wait|stay)( there)? until (the ball|it) (comes|is) back( again)?", "stop"),
                 ("( and)? (wait|stay)( there)? until (the ball|it) (comes|is) back( again)?", ""),
-                (f"^{ARM}{GOES_ON}(?!.*{TOO_LONG})((?!{NO_END}).)*(then|than|and|but).*{STOPS}.*$", "go on for a moment, then stop"),
+                (f"^{ARM}{GOES_ON} for {MOMENT},? (and|then|and then) {STOPS} if (the ball|it) (does|is|has)( still)? not .*$", "go on for a moment, then stop"),
+                (f"^{ARM}{GOES_ON}(?!.*({TOO_LONG}|{IT_IS_BACK}))((?!{NO_END}).)*(then|than|and|but).*{STOPS}.*$", "go on for a moment, then stop"),
                 (f"^{ARM}{GOES_ON}.* until .*(sigma|σ|uncertain|unsure|doubt|useless|worthless|no longer (sure|known|worth)|(band|guess|prediction|error)( (is|gets|becomes|grows))? (as |too |very )?(wide|wider|large|larger|big|bigger|unsure|bad)\\b|too (wide|unsure)).*$", "go on for a moment, then stop"),
-                (f"^{ARM}{GOES_ON} for {MOMENT}((?! or )[^,])*$", "go on for a moment, then stop"),
-                (f"^{ARM}{STOPS},? (after {MOMENT}|but not at once).*$", "go on for a moment, then stop"),
+                (f"^{ARM}{GOES_ON}(,? but)?( only| just)? for {MOMENT}((?! or )[^,])*$", "go on for a moment, then stop"),
+                (f"^{ARM}{STOPS},? ((but )?(only )?after {MOMENT}|but not at once).*$", "go on for a moment, then stop"),
                 (f"^((it |the arm )?(should |must |has to )?{STOPS}.*|(do )?nothing|(do not|don't|not) move)$", "stop at once"),
-                (f"^{ARM}{GOES_ON}( it| the prediction)?( {NO_END}.*|.*{TOO_LONG}.*)?$", "go on until the ball comes back"),
+                (f"^{ARM}{GOES_ON}( it| the prediction)?( {NO_END}.*|.*({TOO_LONG}|{IT_IS_BACK}).*)?$", "go on until the ball comes back"),
                 ("^((go |move |return |drive )?(back )?(to )?(its )?home|(go|move) back|return)$", "go home"),
             ),
             beside=(
@@ -210,6 +215,7 @@ def _hidden():
                 (".*slow.*", "slower to where? It was going somewhere: how long is that worth following, and what then?"),
                 (".*(behind|through|book).*", "the arm would hit the book. It was going somewhere: how long is that worth following?"),
             ),
+            not_meant=((".*(through|into) the book.*", "the arm would hit the book. It was going somewhere: how long is that worth following?"),),
         ),
         hints=(
             "Look at the width of the band: how sure is the place after one hidden picture, and after ten?",
@@ -290,15 +296,17 @@ def _milliseconds():
             same=(
                 ("(the |a )?usb (web)?cam(era)?s?", "the cameras"),
                 (".*calibrat.*", "calibration"),
-                (".*(shortest|fastest|quickest).*", "the fastest"),
+                ("(takes?|needs?|is|are) ((much|far) )?(longer|slower|more( time)?) than [^,;]+", ""),
+                ("(?<=[,;] )(and )?(finding|detecting)[^,;]* [1-3]([.,]\\d+)? ?ms", ""),
+                (".*(shortest|fastest|quickest|\\bleast|\\bquick\\b|\\bfast\\b|\\bless).*", "the fastest"),
                 (".*(detect|find|locat|search|hough|looking for|process|analy).*|(the )?ball", "finding the ball"),
                 (".*(order|command|cable|wire|serial|usb).*", "the order to the arm"),
-                (".*(camera|webcam|exposure|exposing|shutter|reading out|taking (the |a )?(picture|photo)).*", "the cameras"),
+                (".*(camera|webcam|expos(e|ing|ure)|shutter|reading out|taking (the |a )?(picture|photo)).*", "the cameras"),
                 ("(the )?(picture|image|photo)s?", "the cameras"),
                 (".*(angle|kinematics|trigonometry|formula|equation|calculat|comput(ing|ation)).*", "the angles"),
             ),
             beside=(
-                (".*(shortest|fastest|quickest).*", "the longest is asked for. Which bar is it?"),
+                (".*(shortest|fastest|quickest|faster|least|quick|fast|less).*", "the longest is asked for. Which bar is it?"),
                 (".*(calibrat).*", "that was done once, before the run. Look at the bars."),
                 (".*(position|place|rectif|triangulat|depth).*", "a handful of multiplications: too little to be drawn. Look at the bars."),
                 (".*(watchdog|profile|motor).*", "that belongs to the move, and the move is not counted here. Look at the bars."),
@@ -307,6 +315,7 @@ def _milliseconds():
                 (".*(computer|program|python|cpu|code|software).*", "which part of what the program does? Look at the bars: is the longest of them the program's at all?"),
                 (".*(arm|motor|move|moving).*", "from the light to the moment when the arm begins to move: the move itself is not counted. Look at the bars."),
             ),
+            not_meant=((".*cameras? (take|need)s? ((only|just|about) )?\\d([.,]\\d+)? ?ms.*", "the longest is asked for. Which bar is it?"),),
         ),
         hints=(
             "Which bar is the longest?",
@@ -377,7 +386,7 @@ def _hold():
             "a metre long or more, and somebody else's hand at the switch of the supply.",
             also=("a stick", "on a long stick"),
             same=(
-                (f".*{SHORT}.*", "short"),
+                (f".*{SHORT}.*", "short"), (BESIDE_IT, "beside"), (LONG, "long"),
                 (".*(danger|forbid|unsafe).*", "danger"),
                 ("(at |on )?(the end of )?(a |the )?(long |thin )?(pole|rod|ruler|wire|broom|broomstick|branch|bar|tube|pipe|skewer|grabber|litter picker|selfie stick|stick)", "on a stick"),
                 ("((in|with|by|between|on) )?((my|the|both|two|one|bare|your|a) )*(hands?|fingers?|palm|gloves?|(?<=my )arm)( with gloves?)?", "in my fingers"),
@@ -386,6 +395,7 @@ def _hold():
             ),
             beside=(
                 (".*stick.*(danger|forbid|unsafe).*", "what is longer than the arm reaches keeps you out of its way. What would be safer?"),
+                (BESIDE_IT, "what is near the ball is near the arm. What holds the ball, and keeps all of you out of reach?"),
                 (f".*{SHORT}.*", "then your hand is within the metre round the shoulder that stays free. What keeps it out of that?"),
                 (".*(switch|supply|power).*", "there one person stands. What holds the ball, and keeps all of you out of reach?"),
                 (".*(card|paper|board|cushion).*", "what carries that? Whatever is near the ball is near the arm: what is longer than it reaches?"),
@@ -398,6 +408,7 @@ def _hold():
                 (".*(string|thread|rope|cord).*", "on a string it swings, and the arm swings after it. What holds the ball still, and your hand far away?"),
                 (".*(not at all|nobody|don't|do not|careful|slowly).*", "the ball must be somewhere, and you must be out of reach. What is longer than the arm?"),
             ),
+            not_meant=((".*stick.* (not|never) ((very|so|that|too) )?(long|far).*", "what is longer than the arm reaches keeps you out of its way. What would be safer?"),),
         ),
         hints=(
             "What is near the ball is near the arm.",
