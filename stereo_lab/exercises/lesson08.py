@@ -13,6 +13,7 @@ from stereo_lab.exercises.reading import ACROSS, DOWN
 from stereo_lab.recording import Recording
 
 RULER_MM, PRINTED_MM = 100.0, 98.0  # of the ruler on the sheet: as drawn, and as it left the printer
+PART = "(\\w+\\.(csv|json)|pictures?|images?|pairs?|photos?|names?|paths?|half|parts?|pieces?|some|most)"
 
 
 def questions(recording: Recording) -> tuple[Question, ...]:
@@ -316,6 +317,7 @@ def _help():
                 ("(the )?screenshots?", "a screenshot of the message"), ("(the )?(wrong )?numbers", "the numbers that come out wrong"),
                 ("(my |your )?best pair|one pair", "your best pair of pictures"), ("^((what )?the doctor(( says)|'s (words|report|findings|output))?|(the )?report|check(\\.html)?)$", "the doctor's words alone"),
                 ("^(the )?(whole )?(folder|recording)( alone)?$", "the recording alone"),
+                ("(without|no) (any |the )?faces", ""),
                 (
                     "^(?!.*\\b(not|no|or|nor|never|neither|without|alone|only|just|but|screenshots?)\\b)"
                     "(?!.*(doctor|report|check|verdict|words|says)('s)?( \\w+)? (of|on|about|for|from) (the |my |your |this )?(whole )?(recording|folder|data))"
@@ -333,6 +335,12 @@ def _help():
                 (".*(mail|phone|chat|message|text|question).*", "yes, but with what in it? What holds all that the kit saw, and what it thinks of it?"),
                 ("(nothing|none|no).*", "without what the kit saw nobody can try anything. What holds it all?"),
                 (".*(code|notebook|program|version|computer|camera|log).*", "that may matter later. First: what holds all that the kit saw, and what it thinks of it?"),
+            ),
+            not_meant=(
+                (
+                    f".*(\\b({PART})s? .*(of|in|from) (the |my |your |this )?(whole )?(recording|folder)\\b|\\brecording\\.json|\\brecording ({PART})s?\\b).*",
+                    "that is a part of it, and the mistake may lie in another. What holds all that the kit saw, and what it thinks of it?",
+                ),
             ),
         ),
         hints=(
