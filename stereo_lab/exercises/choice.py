@@ -30,7 +30,7 @@ NOT_ONLY = re.compile(r"\bnot (?:only|just|merely) (.+?),?\s(?:but also|but|also
 # What is taken and what is rejected: "on a stick, not in my fingers", "on a stick, fingers away", "it does not move it, it bends it"
 REJECTED = (
     r"(?P<yes>[^,;(]+?)(?:\s*[,;(]|\s+(?=and\s))\s*(?:(?:and|but)\s+)?(?:not|no|never|without)\s+(?P<no>[^,;]+?)\)?",
-    r"(?P<yes>[^,;(]+?)\s*[,;(]\s*(?P<no>[^,;]+?)\s+(?:far\s+)?away\)?",
+    r"(?P<yes>[^,;(]+?)\s*[,;(]\s*(?P<no>[^,;]+?)\s+(?:(?:far\s+)?away|off|out of reach)\)?",
     r"(?:it|they)\s+(?:is|are|does|do|will)\s+not\s+(?P<no>[^,;]+?)\s*[,;]\s*(?:but\s+)?(?P<yes>(?:it|they)\s.+)",
 )
 
@@ -112,14 +112,11 @@ class Choice:
         return f"{reprlib.repr(told)} is not among the answers"
 
     def _without_rejected(self, answer):
-        """What is taken of "on a stick, never in my fingers": a wrong answer that is rejected beside it is cut off."""
+        """What is taken of "on a stick, never in my fingers": wrong answers that share no word with the right one are cut off."""
+        far_off = {w.answer for w in self.wrong if not key_words(w.answer) & key_words(self.right)}
         for pattern in REJECTED:
             found = re.fullmatch(pattern, answer, re.IGNORECASE)
-            if (
-                found
-                and self._meant(found["no"]) in {w.answer for w in self.wrong}
-                and not key_words(found["no"]) & key_words(self.right)
-            ):
+            if found and self._meant(found["no"]) in far_off:
                 return found["yes"]
         return answer
 
