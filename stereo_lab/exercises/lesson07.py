@@ -17,9 +17,12 @@ GOES_ON = "(go(es)? on|keeps?|continues?|carr(y|ies) on|follows?|predicts?|guess
 STOPS = "(stop|brake|halt|freeze|wait|stand|stay|hold|pause)s?"
 MOMENT = "(a (short |little )?(moment|while|time|bit)|0[.,]\\d+ ?s(econds?)?( |,|$)|(some|a few) (tenths|pictures|frames)|[1-3]?\\d (pictures|frames)|\\d{2,3} ?ms|((a|one) (third|quarter|tenth)|1/\\d+)( of a)? ?s(econd)?\\b)"
 TOO_LONG = "((hours?|minutes?|(day|week|month|year)s?|(?<!\\d )(?<!\\d)seconds)\\b|(?<![.,/\\d])([2-9]|\\d{2,})([.,]\\d+)? ?s(ec(ond)?s?)?\\b|\\b([4-9]\\d|\\d{3,}) (pictures|frames)\\b|\\b\\d{4,} ?ms\\b|a long time)"
-SHORT = "(\\b(short(er)?|small|tiny|little|lollipop|usb|match(stick)?|toothpick|pen|pencil|chopstick|memory)\\b|\\b(less than|no (more|longer) than|at most|under) (a|[01])\\b|(?<![\\d.,])\\d?\\d([.,]\\d+)? ?(cm|centimet(re|er)s?)\\b|(?<![\\d.,])\\d{1,3}([.,]\\d+)? ?(mm|millimet(re|er)s?)\\b|(?<!\\d)0?[.,]\\d+ ?(m|met(re|er)s?)\\b|(few|some) (mm|cm)\\b)"
-LONG = "(more than|over|at least) (a|[1-9]([.,]\\d+)?|\\d\\d\\d(?= ?cm)|\\d{4,}(?= ?mm)) ?(mm|cm|m|met(re|er)s?)"
-BESIDE_IT = ".*stick.*\\b(near|next to|beside|close to) (the |my )?(ball|arm|robot|gripper|hand)\\b.*"
+SHORT = "\\b(short(er)?|small|tiny|little|lollipop|usb|memory|glue|match(stick)?|toothpick|pen|pencil|chopstick|less than|(no|not) (more|longer) than|at most|under (a|\\d+)|quarter|thirds?)\\b"
+LONG = "((more than|over|at least) )?(?<![\\d.,/])((a|the|a few|some|several|[1-9]\\d*([.,]\\d+)?)[ -]?(m|met(re|er)s?)|\\d{3,} ?(cm|centimet(re|er)s?)|\\d{4,} ?(mm|millimet(re|er)s?))( or (more|longer))?"
+A_LENGTH = "(?<![a-z'’])(mm|cm|m|(milli|centi)?met(re|er)s?|inch(es)?|foot|feet)\\b"
+BESIDE_IT = (
+    ".*stick.*\\b((near|next to|beside|by|close to) (the |my )?(ball|arm|robot|gripper|hand|it)|close by|nearby)\\b.*"
+)
 IT_IS_BACK = "(when|if|once) (the ball|it) (comes|is) (back|out|seen|there|visible)"
 NO_END = "(until|till|for ?ever|always|never)"
 
@@ -386,7 +389,7 @@ def _hold():
             "a metre long or more, and somebody else's hand at the switch of the supply.",
             also=("a stick", "on a long stick"),
             same=(
-                (f".*{SHORT}.*", "short"), (BESIDE_IT, "beside"), (LONG, "long"),
+                (f".*{SHORT}.*", "short"), (BESIDE_IT, "beside"), (LONG, "long"), (f".*{A_LENGTH}.*", "short"),
                 (".*(danger|forbid|unsafe).*", "danger"),
                 ("(at |on )?(the end of )?(a |the )?(long |thin )?(pole|rod|ruler|wire|broom|broomstick|branch|bar|tube|pipe|skewer|grabber|litter picker|selfie stick|stick)", "on a stick"),
                 ("((in|with|by|between|on) )?((my|the|both|two|one|bare|your|a) )*(hands?|fingers?|palm|gloves?|(?<=my )arm)( with gloves?)?", "in my fingers"),
@@ -396,7 +399,7 @@ def _hold():
             beside=(
                 (".*stick.*(danger|forbid|unsafe).*", "what is longer than the arm reaches keeps you out of its way. What would be safer?"),
                 (BESIDE_IT, "what is near the ball is near the arm. What holds the ball, and keeps all of you out of reach?"),
-                (f".*{SHORT}.*", "then your hand is within the metre round the shoulder that stays free. What keeps it out of that?"),
+                (f".*{SHORT}.*|(?!.*{LONG}\\b).*{A_LENGTH}.*", "then your hand is within the metre round the shoulder that stays free. What keeps it out of that?"),
                 (".*(switch|supply|power).*", "there one person stands. What holds the ball, and keeps all of you out of reach?"),
                 (".*(card|paper|board|cushion).*", "what carries that? Whatever is near the ball is near the arm: what is longer than it reaches?"),
                 ("(far|away|nowhere|anywhere|somewhere|behind).*", "it must be where the arm can reach it, and you must not. What holds it there?"),
