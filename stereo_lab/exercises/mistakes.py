@@ -166,7 +166,7 @@ def _constant(given, wanted):
     if len(right) > 1 and (right != 0).all():
         factor = value[0] / right[0]
         if abs(factor) > NEAR and abs(factor - 1) > NEAR and near(value, factor * right):
-            return f"in every try your result is {factor:.3g} times what it should be."
+            return f"your result is always {factor:.3g} times what it should be: one number too many stands there, or one too few."
     return ""
 
 

@@ -70,11 +70,15 @@ UNITS = {
     **dict.fromkeys(("arcmin", "arcminutes"), ("degrees", 1 / 60)), **dict.fromkeys(("arcsec", "arcseconds"), ("degrees", 1 / 3600)),
     **dict.fromkeys(("gon", "grad"), ("degrees", 0.9)),
 }  # fmt: skip
-THINGS = re.compile(rf"{NUMBER.pattern}\s*(pairs?|pictures?|frames?|boards?|steps?|edges?)\b")  # counted, and no measure
+THINGS = re.compile(
+    rf"{NUMBER.pattern}\s*(pairs?|pictures?|frames?|boards?|steps?|edges?)\b"
+)  # counted, and no measure
 # What may stand beside the numbers of a board's columns and rows
 ACROSS = ("across", "columns", "column", "wide", "horizontal", "horizontally", "left")
 DOWN = ("down", "rows", "row", "high", "vertical", "vertically", "top")
-IN_A_ROW, IN_A_COLUMN = (re.compile(rf"\b(in|per)\s+((an?|the|each|every|one)\s+)?(\w+\s+)?{of}\b") for of in ("row", "column"))
+IN_A_ROW, IN_A_COLUMN = (
+    re.compile(rf"\b(in|per)\s+((an?|the|each|every|one)\s+)?(\w+\s+)?{of}\b") for of in ("row", "column")
+)
 SMALL_WORDS = frozenset(("a", "an", "the", "it", "its", "in", "on", "of", "is", "to", "ones"))
 
 
@@ -212,7 +216,7 @@ def key_words(text: str) -> frozenset[str]:
 def without_contrast(text: str) -> str:
     """What is meant by "right, not left" and by "not left, but right"."""
     found = re.fullmatch(
-        r"\s*not\s+(?P<no>[^,;]*)([,;]|\s+but\s)\s*(but\s+)?(?P<yes>(?!then\b).*)", text, re.IGNORECASE
+        r"\s*not\s+(?P<no>[^,;]*)([,;]|\s+but\s)\s*(but\s+)?(?P<yes>(?!\s*then\b).*)", text, re.IGNORECASE
     )
     found = found or re.fullmatch(
         r"(?P<yes>[^,;]*)[,;]\s*((and|but)\s+)?((it|they)\s+)?((is|are|was|were|does|do|did)\s+)?not\s+(?P<no>.*)",

@@ -53,9 +53,7 @@ class PaperWay:
             recording, "position", samples, calibration, detector, LINE_NEEDS
         )
         check_enough(plane, missed, LINE_NEEDS, recording, detector.color)
-        along, depths, lost, as_well = _rectified_samples(
-            recording, "depth", samples, calibration, detector, EQ4_NEEDS
-        )
+        along, depths, lost, as_well = _rectified_samples(recording, "depth", samples, calibration, detector, EQ4_NEEDS)
         check_enough(along, lost, EQ4_NEEDS, recording, detector.color)
         x_line, y_line = LineFit.fit(plane[:, 0], places[:, 0]), LineFit.fit(plane[:, 1], places[:, 1])
         depth = PaperDepth.fit(along[:, 2], depths[:, 2])
