@@ -811,3 +811,18 @@ def test_a_ball_between_dark_and_light_is_not_drawn_to_the_dark(monkeypatch, nam
     put_back = off()
     monkeypatch.setattr("stereo_lab.detection.outline.EDGE_PX", 0)
     assert put_back < most and off() > 1.3 * put_back
+
+
+def test_an_upright_picture_is_that_of_a_camera_lying_on_its_side(bench):
+    """Where no camera is told: a usual one's focal length is a part of the longer side."""
+    red = BallDetector("red")
+    for pair in bench.pairs("snaps")[:4]:
+        lying, upright = red.detect(pair.left), red.detect(np.rot90(pair.left).copy())
+        assert upright.radius_px == pytest.approx(lying.radius_px, rel=0.02)
+
+
+def test_a_path_is_no_picture(bench):
+    path = bench.pairs("snaps")[0].left_path
+    for given in (path, str(path)):
+        with pytest.raises(StereoLabError, match=r"got the path '.*'\. Read it first: read_image\(path\)"):
+            BallDetector("red").detect(given)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
 Camera = tuple[np.ndarray, np.ndarray]  # matrix (3, 3), and distortion as OpenCV orders it
 Circle = tuple[float, float, float]  # (u, v, radius), px
-USUAL_FOCAL = 1.0  # in picture widths: most webcams, where no camera is told
+USUAL_FOCAL = 1.0  # in longer sides of the picture: most webcams, where no camera is told
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,8 @@ class Detection:
 
 def check_image(image: np.ndarray) -> np.ndarray:
     """A BGR uint8 picture, or a plain error."""
+    if isinstance(image, str | Path):
+        raise StereoLabError(f"Expected a picture, got the path {str(image)!r}. Read it first: read_image(path).")
     image = np.asarray(image)
     if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8 or 0 in image.shape:
         got = f"got {image.shape} and {image.dtype}" if image.ndim else "there is none; was its file found?"
@@ -67,5 +70,5 @@ def check_image(image: np.ndarray) -> np.ndarray:
 def usual_camera(shape: tuple[int, ...]) -> Camera:
     """A camera as wide as most webcams, for pictures of this shape, where no camera is told."""
     height, width = shape[:2]
-    focal = USUAL_FOCAL * width
+    focal = USUAL_FOCAL * max(height, width)  # an upright picture is that of a camera lying on its side
     return np.array([[focal, 0, width / 2 - 0.5], [0, focal, height / 2 - 0.5], [0, 0, 1.0]]), np.zeros(5)
