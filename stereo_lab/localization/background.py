@@ -28,9 +28,9 @@ RIM_PX = 4.0  # so far to both sides of the rim pixels are compared; over so few
 FAR_PX, AROUND_PX = 3.0, 12.0
 QUARTER, NORMAL = 0.25, 3.14  # noise's standard deviation, by its smallest quarter: more may be another thing
 LEAST_NOISE = np.array([0.5, 0.5, 0.5, 0.5, 0.3, 0.3])  # whole numbers are stored
-# In so much of what is around it differs by no more than so many standard deviations, as before, and the ball itself by twice
-# as many. Else something moved since, a camera or a book, and the background tells nothing
-AGREE, SAME, CLEAR = 0.75, 2.5, 5.0
+# In so much of what is around it differs by no more than so many standard deviations, as before, and the ball itself by more than
+# twice as many. Else something moved since, a camera or a book, and the background tells nothing
+AGREE, SAME, CLEAR = 0.75, 2.5, 5.5
 # A shadow or a highlight on the ball, of which the fit knows nothing, changes light more than colour
 COUNTS = np.array([1, 1, 1, 1, 2, 2])
 FAR_OFF = 4.0  # medians: what is explained so badly is no ball, but its stand or a finger

@@ -41,9 +41,9 @@ def one_sphere(calibration: StereoCalibration, left: Detection, right: Detection
     """
     if left.cone is None or right.cone is None:
         return left, right
-    if all(ball.cone.on >= CLEAN and not unsure(ball, KNOWN) for ball in (left, right)):
-        return left, right
     cones = left.cone, right.cone
+    if min(cone.on for cone in cones) >= CLEAN and not any(unsure(ball, KNOWN) for ball in (left, right)):
+        return left, right
     poses = (EYE, np.zeros(3)), (calibration.rotation, np.ravel(calibration.translation_mm))
     ball = _start(cones, poses)
     step, contradiction = _step(cones, poses, ball, [_by_cone(cone) for cone in cones])

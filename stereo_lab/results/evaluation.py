@@ -184,15 +184,13 @@ def evaluate(
             f"Nothing can be located here: {' and '.join(missing)} {verb} missing.{told_of_strays(recording.path)}"
         )
     else:
-        judges, stand_ins = recording.judges(), ()
+        judges = recording.judges()
         try:
-            results.localizers["paper"] = Localizer.fit(recording, "paper", calibration)
-            stand_ins = results.localizers["paper"].way.stand_ins
+            results.localizers["paper"] = paper = Localizer.fit(recording, "paper", calibration)
+            # what one way was fitted on judges neither
+            judges = tuple(s for s in judges if s.pair.full_name not in paper.way.stand_ins)
         except StereoLabError as error:  # its few samples leave it nothing to fall back on; ours goes on
             results.failed["paper"] = str(error)
-        judges = tuple(
-            s for s in judges if s.pair.full_name not in stand_ins
-        )  # what one way was fitted on judges neither
         results.localizers["cone"] = Localizer.fit(recording, "cone", calibration, leave_out=judges)
         _evaluate_poses(results, judges, report)
     return results
