@@ -176,6 +176,8 @@ class TwinPort(SerialBase):
         return len(self.arrived)
 
     def reset_input_buffer(self):
+        if self.unplugged:
+            raise Exception("Input/output error")  # as termios.error: neither an OSError nor a SerialException
         self.arrived.clear()
 
     def reset_output_buffer(self):

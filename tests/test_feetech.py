@@ -1,5 +1,6 @@
 """Bus servos: frames byte for byte, as Feetech's manual and its public Python packages write them."""
 
+import threading
 import time
 
 import numpy as np
@@ -247,6 +248,16 @@ def test_a_wire_that_is_lost_is_told(wire, what, words):
         setattr(wire, what, True)
         with pytest.raises(ArmError, match=words):
             arm.move_to(JointAngles(30.0, 0.0))
+
+
+def test_an_adapter_that_is_pulled_out_in_mid_move_is_told_and_closes(wire):
+    with connect("feetech://wire") as arm:
+        arm.enable()
+        threading.Timer(0.3, setattr, (wire, "unplugged", True)).start()
+        for ask in (lambda: arm.move_to(JointAngles(-100.0, 60.0)), arm.status, arm.stop):
+            with pytest.raises(ArmError, match="is gone.*is switched off.*goes on to its goal"):
+                ask()
+    assert not arm.port.is_open and not wire.is_open
 
 
 def test_a_servo_that_is_not_there_is_named(monkeypatch):

@@ -97,7 +97,8 @@ class Bus:
         return False
 
     def _send(self, data):
-        self.port.reset_input_buffer()
+        if late := self.port.in_waiting:
+            self.port.read(late)  # no flush: where the adapter is gone, that raises what is no OSError
         self._heard.clear()
         self.port.write(data)
 

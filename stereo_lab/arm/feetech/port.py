@@ -80,8 +80,10 @@ class FeetechPort(SerialBase):
     def _lose(self, error):
         """One that does not answer is lost, and with it the arm: the other one must not go on alone."""
         with self._lock:
-            self._let_go()
-            self._lost = error
+            try:
+                self._let_go()
+            finally:
+                self._lost = error
 
     def _let_go(self):
         """Switch off whichever servo still hears."""
