@@ -177,6 +177,28 @@ def test_a_joint_that_is_held_up_is_a_stall(wire):
         assert arm.move_to(JointAngles(0.0, 0.0)).theta1_deg == pytest.approx(0, abs=0.2)
 
 
+def test_a_joint_that_is_held_up_while_it_follows_is_a_stall_and_is_held():
+    stand = Stand("EN 1")
+    stand.twins[0].held, begun = True, stand.clock.now
+    for k in range(20):
+        stand.say(f"MA {5 + k} 0")  # the goal goes on
+        stand.live(0.03)
+        if stand.controller.fault != "-":
+            break
+    assert stand.controller.fault == "s1" and servos.STUCK_S < stand.clock.now - begun < 2 * servos.STUCK_S
+    assert stand.torque == [1, 1] and number(stand.twins[0].table[42:44]) == servos.MIDDLE
+
+
+def test_a_joint_that_follows_a_goal_which_hardly_moves_is_no_stall():
+    stand = Stand("EN 1")
+    goals = [0.01 * k for k in range(100)] + [1.0] * 50 + [1.0 + 0.5 * k for k in range(20)]  # creeps, rests, goes on
+    for goal in goals:
+        stand.say(f"MA {goal:.3f} 0")
+        stand.live(0.03)
+        assert stand.controller.fault == "-"
+    assert stand.degrees[0] == pytest.approx(goals[-1], abs=1)
+
+
 @pytest.mark.parametrize(("address", "value"), [(63, 75), (65, 0x20), (65, 4)])
 def test_a_servo_that_is_too_hot_or_overloaded_is_switched_off(wire, monkeypatch, address, value):
     with connect("feetech://wire") as arm:

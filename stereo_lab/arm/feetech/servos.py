@@ -149,8 +149,9 @@ class ServoController:
             cruise, acceleration = joint.parameters["cruise"] * share, joint.parameters["acc"]
             if not joint.busy:
                 acceleration *= share**2  # a joint that moves already needs all of it, to brake in time
+                joint.still_s = 0.0  # a new goal on the way does not clear what was seen so far
             told[joint.id] = run_bytes(goal, cruise, acceleration)
-            joint.goal_deg, joint.sent, joint.still_s = goal, packets.number(told[joint.id][1:3]), 0.0
+            joint.goal_deg, joint.sent = goal, packets.number(told[joint.id][1:3])
         self.bus.tell(RUN, told)
         self.fault = "-"
 
