@@ -545,6 +545,32 @@ def test_a_reset_in_mid_move_is_told():
         arm.move_to(JointAngles(160.0, 0.0))
 
 
+def test_a_port_that_is_half_closed_under_a_move_is_told_as_closed():
+    class HalfClosed(ScriptedPort):
+        gone = False
+
+        def _use(self, use, what):
+            return (
+                None + what if self.gone else use(self, what)
+            )  # as pyserial: its file is None before is_open is False
+
+        def write(self, data):
+            self._use(ScriptedPort.write, data)
+
+        def read(self, size):
+            return self._use(ScriptedPort.read, size)
+
+        def close(self):
+            self.gone = True
+            with pytest.raises(ArmError, match="was closed. Make a new one with connect"):
+                arm.move_to(JointAngles(10.0, 10.0))
+            self.is_open = False
+
+    arm = connect(HalfClosed(polite))
+    arm.close()
+    assert arm.port.gone and not arm.port.is_open
+
+
 def test_a_closed_connection_is_told_apart_from_an_unplugged_arm():
     arm = connect("virtual://arm")
     arm.close()

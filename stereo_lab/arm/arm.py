@@ -257,7 +257,7 @@ class Arm:
         except (StereoLabError, serial.SerialException, OSError) as error:
             log.info("%s could not be told to stop (%s); its watchdog stops it.", self.name, error)
         finally:
-            self.port.close()
+            self.line.close()
 
     def wait(self, seconds: float) -> None:
         """Let time pass while the arm stays watched."""

@@ -114,6 +114,7 @@ class SerialLine:
     clock : function, seconds; the arm's own clock where it has one
     events : deque of Event, the newest last
     restarted : bool, whether the controller has said its greeting since this was set to False
+    closing : bool, whether the port was closed from this side, or is just about to be
     """
 
     def __init__(self, port: serial.SerialBase) -> None:
@@ -121,7 +122,7 @@ class SerialLine:
         self.name = str(getattr(port, "name", None) or getattr(port, "port", "the port"))
         self.clock = getattr(port, "clock", time.monotonic)
         self.events: deque[wire.Event] = deque(maxlen=100)
-        self.restarted = False
+        self.restarted = self.closing = False
         self._lock = threading.RLock()  # one question at a time; a stop does not wait for it
         self._replies: deque[wire.Reply] = deque()
         self._status: wire.Status | None = None
@@ -136,8 +137,13 @@ class SerialLine:
         """Bytes to the controller."""
         try:
             self.port.write(data)
-        except (serial.SerialException, OSError) as error:
+        except (serial.SerialException, OSError, TypeError) as error:  # TypeError: of a port that is half closed
             raise self._gone(error) from None
+
+    def close(self) -> None:
+        """Close the port. Who waits for an answer in another thread is told that it was closed, and not that it is gone."""
+        self.closing = True
+        self.port.close()
 
     def exchange(self, text: str, number: int | None, give_up_s: float = GIVE_UP_S) -> str:
         """Send a command until it is answered: again after 0.3 s, and sooner where noise was heard.
@@ -274,7 +280,7 @@ class SerialLine:
             self.events.append(answer)
 
     def _gone(self, error):
-        if not self.port.is_open:
+        if self.closing or not self.port.is_open:
             return ArmError(
                 f"The connection to {self.name} was closed. Make a new one with connect(...), and home the arm."
             )
