@@ -512,6 +512,15 @@ def test_setup_on_the_command_line(monkeypatch, capsys):
     assert "Only bus servos" in capsys.readouterr().err
 
 
+def test_setup_without_its_adapter_is_told(monkeypatch, capsys):
+    twins = TwinPort([Twin(1)], time.monotonic)
+    twins.unplugged = True
+    monkeypatch.setattr(port, "open_bus", lambda name: twins)
+    monkeypatch.setattr("builtins.input", lambda question: "y")
+    assert main(["arm", "feetech://wire", "setup"]) == 2
+    assert "Is the adapter plugged in" in capsys.readouterr().err
+
+
 def test_the_list_of_ports_tells_servo_adapters(monkeypatch):
     class Info:
         def __init__(self, device, vid, pid):

@@ -111,13 +111,14 @@ def _arm_setup(options):
             if not _asked("Is it plugged in?"):
                 return OK
             bus = Bus(port)
-            bus.find_echo(1)
             try:
+                bus.find_echo(1)
                 if not set_up(bus, joint, limit, _asked):
                     print("Nothing was written." if joint == 1 else "Joint 2 is left as it is.")
                     return OK
             except OSError as error:
-                raise ArmError(f"Joint {joint}: {error}") from None
+                told = f"Joint {joint} is not set up ({error}). Is the adapter plugged in, and its supply on?"
+                raise ArmError(told) from None
             print(f"Joint {joint} is set up.")
     return OK
 
