@@ -496,6 +496,28 @@ def test_setup_writes_only_when_it_may():
     assert servo.position == 2048
 
 
+@pytest.mark.parametrize("limits_deg", [(-30.0, 210.0), (-200.0, 100.0), (90.0, -90.0)])
+def test_setup_refuses_a_range_that_no_servo_has(limits_deg):
+    twins = TwinPort([Twin(1)], Ticking())
+    with pytest.raises(ArmError, match=f"within -180 to 180 degrees.*got {limits_deg[0]:g} to {limits_deg[1]:g}"):
+        set_up(Bus(twins, twins.clock), 1, limits_deg, lambda question: True, lambda s: None)
+    assert twins.said == []
+    assert set_up(Bus(twins, twins.clock), 1, (-180.0, 180.0), lambda question: True, lambda s: None)
+    assert (twins.twins[1].get(9, 2), twins.twins[1].get(11, 2)) == (0, 4095)
+
+
+def test_no_limit_reaches_beyond_the_range_of_the_servo_itself(wire):
+    wire.twins[1].put(9, word(servos.MIDDLE - 1023) + word(servos.MIDDLE + 1023))  # 89.912 degrees, and a bit
+    with connect("feetech://wire") as arm:
+        arm.set_limits(((-165.0, 165.0), (-155.0, 155.0)))  # of a recording, say
+        assert arm.limits_deg == ((-89.912, 89.912), (-155.0, 155.0))
+        with pytest.raises(UnreachableTargetError, match="Joint 1 turns from -89.912 to 89.912 degrees; 120 was asked"):
+            arm.move_to(JointAngles(120.0, 0.0))
+        with pytest.raises(ArmError, match="beyond its limits"):
+            arm.set(1, "lo", 100.0)
+        assert arm.move_to(JointAngles(89.912, 0.0)).theta1_deg == pytest.approx(89.9, abs=0.2)
+
+
 @pytest.mark.parametrize("there", [[], [1, 7]])
 def test_setup_wants_one_servo_on_the_wire(there):
     bus = Bus(TwinPort([Twin(k) for k in there], Ticking()), Ticking())

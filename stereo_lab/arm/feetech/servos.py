@@ -6,6 +6,7 @@ tells of itself is watched. It has no watchdog: when this program is gone, it ho
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 import serial
@@ -17,7 +18,7 @@ from stereo_lab.arm.virtual.interpreter import Interpreter
 from stereo_lab.motion import trapezoid_s
 
 STEP_DEG = 360 / 4096
-MIDDLE = 2048  # steps at 0 degrees
+MIDDLE, LAST = 2048, 4095  # steps at 0 degrees, and at the end of its turn
 LIMITS, TORQUE, RUN, TORQUE_LIMIT, PRESENT = 9, 40, 41, 48, 56  # addresses in a servo's table
 PRESENT_BYTES = 11  # position, speed, load, voltage, temperature, two flags, moving
 PLACE_BYTES, GOAL_BYTES = 4, 3  # as much of PRESENT and RUN; not 2, as in a question: its late echo would be an answer
@@ -33,17 +34,18 @@ class ServoJoint:
 
     Attributes
     ----------
+    range_deg : (low, high), how far its servo itself goes
     parameters : dict, as PROTOCOL.md names them; the servo knows the rest
     position_deg, speed_deg_s, load, volts, celsius : float; load is a share of the largest
     goal_deg : float or None, where it goes, while it goes
     sent : int, the goal that its servo was told last, in steps
     """
 
-    def __init__(self, id: int, limits_deg: tuple[float, float], volts: float) -> None:
-        self.id, self.homed, self.held_v = id, True, 0.0
+    def __init__(self, id: int, range_deg: tuple[float, float], volts: float) -> None:
+        self.id, self.range_deg, self.homed, self.held_v = id, range_deg, True, 0.0
         counts = 360 / STEP_DEG  # steps of its sensor on a turn
         self.parameters = {
-            "lo": limits_deg[0], "hi": limits_deg[1], "cruise": 120.0, "acc": 300.0, "supply": volts, "counts": counts
+            "lo": range_deg[0], "hi": range_deg[1], "cruise": 120.0, "acc": 300.0, "supply": volts, "counts": counts
         }  # fmt: skip
         self.position_deg = self.speed_deg_s = self.load = self.volts = self.celsius = 0.0
         self.error, self.moving = 0, False
@@ -95,8 +97,12 @@ class ServoController:
     def _joint(self, id):
         table = self.bus.read(id, LIMITS, 4).data
         low, high = (packets.number(table[k : k + 2]) for k in (0, 2))
-        limits = ((low - MIDDLE) * STEP_DEG, (high - MIDDLE) * STEP_DEG) if high > low else (-175.0, 175.0)
-        return ServoJoint(id, limits, self.bus.read(id, 62, 1).data[0] / 10)
+        inwards = (
+            math.ceil((low - MIDDLE) * STEP_DEG * 1000) / 1000,
+            math.floor((high - MIDDLE) * STEP_DEG * 1000) / 1000,
+        )
+        range_deg = inwards if high > low else (-175.0, 175.0)
+        return ServoJoint(id, range_deg, self.bus.read(id, 62, 1).data[0] / 10)
 
     # What the host's lines do
 
@@ -170,10 +176,15 @@ class ServoController:
         self.line.say(wire.encode_event(wire.Event("home", j + 1, self.joints[j].position_deg)))
 
     def set(self, j: int, name: str, value: float) -> None:
-        """Limits and speeds; all else is the servo's own."""
+        """Limits and speeds; all else is the servo's own. A limit beyond its range is the end of that, and told as such."""
         self.must_rest()
         if name not in ("lo", "hi", "cruise", "acc"):
             raise wire.ProtocolError(wire.ARGUMENT)
+        if name in ("lo", "hi"):
+            low, high = self.joints[j].range_deg
+            value = max(value, low) if name == "lo" else min(value, high)
+            if not low <= value <= high:
+                raise wire.ProtocolError(wire.LIMIT)
         self.joints[j].parameters[name] = value
 
     def follow_rule(self, on: bool) -> None:

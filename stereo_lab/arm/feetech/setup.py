@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from stereo_lab.arm.feetech import packets
 from stereo_lab.arm.feetech.bus import Bus
-from stereo_lab.arm.feetech.servos import LIMITS, MIDDLE, STEP_DEG, TORQUE, TORQUE_LIMIT
+from stereo_lab.arm.feetech.servos import LAST, LIMITS, MIDDLE, STEP_DEG, TORQUE, TORQUE_LIMIT
 from stereo_lab.errors import ArmError
 
 ID, MAX_TORQUE, LOCK, HERE_IS_THE_MIDDLE = 5, 16, 55, b"\x80"
@@ -44,8 +44,10 @@ def set_up(
     Raises
     ------
     ArmError
-        If there is no servo on the wire or more than one, or it does not keep what was written.
+        If the limits lie beyond a servo's turn, there is no servo on the wire or more than one, or it does not keep what
+        was written.
     """
+    range_ = _range_bytes(joint, limits_deg)
     there = find(bus)
     if len(there) != 1:
         heard = "none answers" if not there else f"those with the ids {', '.join(map(str, there))} answer"
@@ -62,9 +64,8 @@ def set_up(
     sleep(SAVING_S)
     bus.write(old, TORQUE, HERE_IS_THE_MIDDLE)
     sleep(SAVING_S)
-    low, high = (packets.word(round(limit / STEP_DEG) + MIDDLE) for limit in limits_deg)
     for address, data in (
-        (LIMITS, low + high),
+        (LIMITS, range_),
         (MAX_TORQUE, packets.word(TORQUE_PERMILLE)),
         (TORQUE_LIMIT, packets.word(TORQUE_PERMILLE)),
     ):
@@ -74,6 +75,17 @@ def set_up(
     sleep(SAVING_S)
     bus.write(joint, LOCK, b"\1")
     kept = bus.read(joint, LIMITS, 4).data
-    if kept != low + high or (old != joint and bus.ping(old) is not None):
+    if kept != range_ or (old != joint and bus.ping(old) is not None):
         raise ArmError(f"Servo {joint} does not keep what was written. Switch its supply off and on, and try again.")
     return True
+
+
+def _range_bytes(joint, limits_deg):
+    """A range as it stands in a servo's table. 180 degrees are the step after its last one, which stands for it."""
+    low, high = limits_deg
+    if not -180 <= low < high <= 180:
+        raise ArmError(
+            f"Expected limits for joint {joint} within -180 to 180 degrees, as far as a servo turns; got {low:g} to {high:g}. "
+            "Narrow them in the recording."
+        )
+    return b"".join(packets.word(min(round(limit / STEP_DEG) + MIDDLE, LAST)) for limit in limits_deg)
