@@ -545,6 +545,25 @@ def test_a_reset_in_mid_move_is_told():
         arm.move_to(JointAngles(160.0, 0.0))
 
 
+@pytest.mark.parametrize(("name", "baud_rate", "said"), [
+    ("socket://127.0.0.1:1", 115200, "Nobody listens at socket://127.0.0.1:1"),
+    ("socket://clock", 115200, "Nobody listens at socket://clock"),
+    ("feetech://socket://127.0.0.1:1", 115200, "Nobody listens at feetech://socket://127.0.0.1:1"),
+    ("/dev/no_clock", 115200, "There is no port /dev/no_clock"), ("virtual://arm", "fast", "Expected a baud rate.*got 'fast'"),
+    ("virtual://arm", 0, "Expected a baud rate.*got 0"),
+])  # fmt: skip
+def test_a_port_that_does_not_open_is_told_by_its_cause(name, baud_rate, said):
+    with pytest.raises(StereoLabError, match=said):
+        connect(name, baud_rate)
+
+
+@pytest.mark.skipif(not hasattr(os, "openpty"), reason="only where ports are files")
+def test_a_port_that_another_one_has_is_in_use():
+    name = os.ttyname(os.openpty()[1])
+    with line.open_port(name), pytest.raises(ArmError, match="is in use"):
+        connect(name)
+
+
 def test_a_port_that_is_half_closed_under_a_move_is_told_as_closed():
     class HalfClosed(ScriptedPort):
         gone = False

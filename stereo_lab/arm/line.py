@@ -8,12 +8,13 @@ import threading
 import time
 from collections import deque
 from dataclasses import dataclass
+from numbers import Integral
 
 import serial
 from serial.tools import list_ports
 
 from stereo_lab.arm import protocol as wire
-from stereo_lab.errors import ArmError, RefusedError
+from stereo_lab.errors import ArmError, RefusedError, StereoLabError
 
 for scheme in ("virtual", "feetech"):
     if f"stereo_lab.arm.{scheme}" not in serial.protocol_handler_packages:
@@ -26,6 +27,7 @@ AGAIN_S = 0.05  # where noise is heard it is sent again so soon
 LOOK_S = 0.02  # how long one look at the port lasts
 SHORTEST_REPLY, SHORTEST_STATUS = len("ok*ABCD\n"), len("<off t=0 h=0 f=- p=0.00,0.00 v=0,0 lost=0 drop=0*ABCD>\n")
 ROUNDING_S = 1e-6
+NETWORKS = ("socket://", "rfc2217://")
 MEANING = {
     wire.COMMAND: "there is no such command", wire.ARGUMENT: "an argument is missing or is not what it should be",
     wire.LIMIT: "the value is beyond its limits", wire.OFF: "the motors are off: arm.enable()",
@@ -61,7 +63,11 @@ def open_port(name: str, baud_rate: int = wire.BAUD_RATE) -> serial.SerialBase:
     ------
     ArmError
         If there is none, or another program has it.
+    StereoLabError
+        If the baud rate is none.
     """
+    if not isinstance(baud_rate, Integral) or baud_rate <= 0:
+        raise StereoLabError(f"Expected a baud rate as a whole number, such as {wire.BAUD_RATE}; got {baud_rate!r}.")
     try:
         return serial.serial_for_url(name, baudrate=baud_rate, timeout=LOOK_S, write_timeout=1, exclusive=True)
     except (serial.SerialException, ValueError, OSError) as error:
@@ -75,14 +81,14 @@ def _device(name):
 
 def _why_not(name, error):
     number = getattr(error, "errno", None)
-    if number in (errno.EBUSY, errno.EAGAIN) or "lock" in str(error).lower():
+    if number in (errno.EBUSY, errno.EAGAIN):
         return f"{name} is in use. Close whatever else has it open: another notebook, the Arduino IDE's monitor."
     if number == errno.EACCES or "PermissionError" in str(error):
         return f"{name} may not be opened by this user, or is in use. On Linux join the group dialout and log in again."
-    if number == errno.ECONNREFUSED:
-        return f"Nobody listens at {name}. Start the program that serves the arm first."
     if str(error).startswith(("virtual://", "servo", "expected")):
         return f"{name}: {error}." if name.startswith("feetech:") else f"{error}."
+    if name.removeprefix("feetech://").startswith(NETWORKS):
+        return f"Nobody listens at {name}. Is its name right, and does the program run there that serves the arm?"
     there = ", ".join(port for port, _ in ports())
     return f"There is no port {name} here. There are: {there}. Is the cable plugged in at both ends?"
 
