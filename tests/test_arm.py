@@ -413,13 +413,31 @@ def test_each_joint_has_its_own_supply(arm):
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
-    ((1, float("nan"), 0.1), "Nothing was sent"), ((1, 2.0, float("inf")), "seconds"), ((1, 2.0, float("nan")), "seconds"),
-    ((3, 2.0, 0.1), "joint 1 or 2"),
+    ((1, float("nan"), 0.1), "Volts of a push"), ((1, 2.0, float("inf")), "Seconds of a push"), ((1, "much", 0.1), "got 'much'"),
+    ((3, 2.0, 0.1), "joint 1 or 2"), ((1.0, 2.0, 0.1), "joint 1 or 2"),
 ])  # fmt: skip
 def test_bad_pushes_are_refused_before_anything_is_sent(arm, arguments, words):
     with pytest.raises(StereoLabError, match=words):
         arm.push(*arguments)
     assert arm.status().state == "off"
+
+
+@pytest.mark.parametrize("limits_deg", [
+    ((10, -10), (-100, 100)), (-90, 90), None, ((float("nan"), 90), (0, 1)), ((-1, 1),), ("ab", "cd"),
+])  # fmt: skip
+def test_limits_that_are_none_are_refused_and_the_old_ones_stay(arm, limits_deg):
+    with pytest.raises(StereoLabError, match=r"Expected \(low, high\) in degrees for each of two joints"):
+        arm.set_limits(limits_deg)
+    assert arm.limits_deg == ((-165, 165), (-155, 155))
+
+
+@pytest.mark.parametrize("ask", [
+    lambda arm: arm.set(1, "lo", float("nan")), lambda arm: arm.set(1, "hi", float("inf")), lambda arm: arm.set(1, "k", "fast"),
+    lambda arm: arm.wait("long"), lambda arm: arm.steer(JointAngles(0.0, 0.0), "half"),
+])  # fmt: skip
+def test_what_should_be_a_number_is_asked_for(arm, ask):
+    with pytest.raises(StereoLabError, match="expected a (finite )?number, got"):
+        ask(arm)
 
 
 def test_a_calibration_without_room_is_told(arm):

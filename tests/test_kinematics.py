@@ -210,6 +210,12 @@ def test_turret_turns_the_plane_of_the_arm():
     assert arm.within_limits(arm.inverse(300, 100, 200))
     with pytest.raises(UnreachableTargetError):
         arm.inverse(400, 0, 400)
+    for ask in (arm.forward, arm.within_limits):
+        with pytest.raises(StereoLabError, match=r"Expected TurretAngles\(turret_deg, theta1_deg, theta2_deg\), got"):
+            ask((1, 2, 3))
+    for parts in ((None,), (BENCH, (10, -10)), (BENCH, None)):
+        with pytest.raises(StereoLabError, match="Expected a TwoLinkArm|for the turret"):
+            TurretArm(*parts)
 
 
 @pytest.fixture(scope="module")

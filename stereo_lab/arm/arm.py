@@ -6,6 +6,7 @@ import atexit
 import logging
 import math
 import weakref
+from numbers import Integral
 
 import serial
 
@@ -13,8 +14,9 @@ from stereo_lab.arm import measuring
 from stereo_lab.arm import protocol as wire
 from stereo_lab.arm.line import AGAIN_S, GIVE_UP_S, SerialLine, open_port
 from stereo_lab.arm.stops import Stops
+from stereo_lab.common.files import finite_number
 from stereo_lab.errors import ArmError, RefusedError, StereoLabError, UnreachableTargetError
-from stereo_lab.kinematics.angles import JointAngles, must_be_angles
+from stereo_lab.kinematics.angles import JointAngles, must_be_angles, must_be_limits
 from stereo_lab.motion import MotorCalibration, WeightFit
 
 ASK_S = 0.1  # how often a moving arm is asked how it is; this also feeds its watchdog
@@ -147,7 +149,7 @@ class Arm:
         ArmError
             If the arm is off or stopped, or does not answer.
         """
-        goals = self.goals_deg(angles)
+        goals, percent = self.goals_deg(angles), finite_number(percent, "Percent of the usual speed")
         self.command(f"MA {goals[0]:.3f} {goals[1]:.3f} {percent:.0f}")
 
     def goals_deg(self, angles: JointAngles) -> list[float]:
@@ -261,7 +263,7 @@ class Arm:
 
     def wait(self, seconds: float) -> None:
         """Let time pass while the arm stays watched."""
-        until = self.line.clock() + seconds
+        until = self.line.clock() + finite_number(seconds, "Seconds to wait")
         while (left := until - self.line.clock()) > 0:
             self.status()
             self.line.listen(min(ASK_S, left))
@@ -272,6 +274,7 @@ class Arm:
 
     def set(self, joint: int, name: str, value: float) -> None:
         """Set a parameter of a joint; a limit is rounded inwards to the thousandth of a degree that the controller tells."""
+        value = finite_number(value, f"Joint {joint}, {name}")
         if name in ("lo", "hi"):
             value = (math.floor if name == "hi" else math.ceil)(round(1000 * value, 3)) / 1000
         self.command(f"SET {joint} {name} {_decimal(value)}")
@@ -280,6 +283,7 @@ class Arm:
 
     def set_limits(self, limits_deg: tuple[tuple[float, float], tuple[float, float]]) -> None:
         """Tell the controller how far its joints may turn, as a recording's arm says it."""
+        must_be_limits(limits_deg)
         for joint, (low, high) in enumerate(limits_deg, start=1):
             self.set(joint, "lo", low)
             self.set(joint, "hi", high)
@@ -304,8 +308,9 @@ class Arm:
             More voltage than there is, or a joint that came to the end of its range.
         """
         _must_be_joint(joint)
+        volts, seconds = finite_number(volts, "Volts of a push"), finite_number(seconds, "Seconds of a push")
         supply = self.supply_v[joint - 1]
-        if not abs(volts) <= supply:  # refuses NaN as well
+        if abs(volts) > supply:
             raise UnreachableTargetError(f"The supply has {supply:g} V; {volts:g} V were asked for. Nothing was sent.")
         if not 0.001 <= seconds <= 2:
             raise UnreachableTargetError(f"A push lasts 0.001 to 2 seconds; {seconds:g} were asked for.")
@@ -482,7 +487,7 @@ class Arm:
 
 
 def _must_be_joint(joint):
-    if joint not in (1, 2):
+    if not isinstance(joint, Integral) or joint not in (1, 2):
         raise StereoLabError(f"Expected joint 1 or 2, got {joint!r}.")
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,15 +28,39 @@ class JointAngles:
     theta2_deg: float | np.ndarray
 
 
-def must_be_angles(angles: JointAngles) -> None:
-    """Refuse what is no JointAngles, such as a pair of numbers.
+def must_be_angles(angles: object, kind: type = JointAngles) -> None:
+    """Refuse what is no JointAngles, or not of another kind of angles, such as a pair of numbers.
 
     Raises
     ------
     StereoLabError
     """
-    if not isinstance(angles, JointAngles):
-        raise StereoLabError(f"Expected JointAngles(theta1_deg, theta2_deg), got {angles!r}.")
+    if not isinstance(angles, kind):
+        names = ", ".join(field.name for field in fields(kind))
+        raise StereoLabError(f"Expected {kind.__name__}({names}), got {angles!r}.")
+
+
+def are_limits(limits_deg: object, joints: int) -> bool:
+    """Whether these are so many pairs of numbers, the lower one first in each."""
+    try:
+        pairs = [(low, high) for low, high in limits_deg]  # type: ignore[attr-defined]  # what has no pairs is caught
+    except (TypeError, ValueError):
+        return False
+    numbers = all(isinstance(limit, Real) for pair in pairs for limit in pair)
+    return len(pairs) == joints and numbers and all(low < high for low, high in pairs)
+
+
+def must_be_limits(limits_deg: object) -> None:
+    """Refuse what is not (low, high) for each of the two joints.
+
+    Raises
+    ------
+    StereoLabError
+    """
+    if not are_limits(limits_deg, 2):
+        raise StereoLabError(
+            f"Expected (low, high) in degrees for each of two joints, as in ((-90, 90), (-120, 120)); got {limits_deg}."
+        )
 
 
 def within(angles_deg: Sequence[ArrayLike], limits_deg: Sequence[tuple[float, float]]) -> bool | np.ndarray:

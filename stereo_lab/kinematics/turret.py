@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stereo_lab.kinematics.angles import JointAngles, points, within, wrap
+from stereo_lab.errors import StereoLabError
+from stereo_lab.kinematics.angles import JointAngles, are_limits, must_be_angles, points, within, wrap
 from stereo_lab.kinematics.two_link import TwoLinkArm
 
 
@@ -37,10 +38,23 @@ class TurretArm:
     ----------
     plane : TwoLinkArm
     turret_limits_deg : (low, high)
+
+    Raises
+    ------
+    StereoLabError
+        If the arm is no TwoLinkArm, or the lower limit not below the upper one.
     """
 
     plane: TwoLinkArm
     turret_limits_deg: tuple[float, float] = (-180.0, 180.0)
+
+    def __post_init__(self):
+        if not isinstance(self.plane, TwoLinkArm):
+            raise StereoLabError(f"Expected a TwoLinkArm to stand on the turntable; got {self.plane!r}.")
+        if not are_limits([self.turret_limits_deg], 1):
+            raise StereoLabError(
+                f"Expected (low, high) in degrees for the turret, as in (-90, 90); got {self.turret_limits_deg}."
+            )
 
     def forward(self, angles: TurretAngles) -> tuple[float | np.ndarray, float | np.ndarray, float | np.ndarray]:
         """Angles to the place of the hand in the bench frame.
@@ -53,6 +67,7 @@ class TurretArm:
         -------
         x_mm, y_mm, z_mm : float or ndarray
         """
+        must_be_angles(angles, TurretAngles)
         out_mm, y_mm = self.plane.forward(JointAngles(angles.theta1_deg, angles.theta2_deg))
         turret = np.radians(angles.turret_deg)
         return out_mm * np.cos(turret), y_mm, -out_mm * np.sin(turret)
@@ -84,5 +99,6 @@ class TurretArm:
 
     def within_limits(self, angles: TurretAngles) -> bool | np.ndarray:
         """Whether turret and joints are within their limits."""
+        must_be_angles(angles, TurretAngles)
         all_three = angles.turret_deg, angles.theta1_deg, angles.theta2_deg
         return within(all_three, (self.turret_limits_deg, *self.plane.limits_deg))

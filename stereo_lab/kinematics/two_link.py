@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stereo_lab.errors import StereoLabError, UnreachableTargetError
-from stereo_lab.kinematics.angles import JointAngles, must_be_angles, points, within, wrap
+from stereo_lab.kinematics.angles import JointAngles, must_be_angles, must_be_limits, points, within, wrap
 from stereo_lab.kinematics.weight import ArmWeight
 
 ROUNDING = 1e-12  # how far a cosine may leave -1..1 by rounding alone
@@ -39,10 +39,7 @@ class TwoLinkArm:
     def __post_init__(self):
         if not all(isinstance(link, Real) and np.isfinite(link) and link > 0 for link in (self.l1_mm, self.l2_mm)):
             raise StereoLabError(f"Expected two links longer than 0 mm; got {self.l1_mm} and {self.l2_mm}.")
-        if not _are_limits(self.limits_deg):
-            raise StereoLabError(
-                f"Expected (low, high) in degrees for each of two joints, as in ((-90, 90), (-120, 120)); got {self.limits_deg}."
-            )
+        must_be_limits(self.limits_deg)
         if not isinstance(self.weight, ArmWeight):
             raise StereoLabError(f"Expected an ArmWeight behind the limits, or nothing; got {self.weight!r}.")
 
@@ -203,15 +200,6 @@ class TwoLinkArm:
             f"The point ({x:.1f}, {y:.1f}) mm is {distance:.1f} mm from the shoulder; "
             f"the hand reaches from {near:.1f} to {far:.1f} mm. It is {gap:.3g} mm out of reach."
         )
-
-
-def _are_limits(limits_deg):
-    """Whether these are two pairs of numbers, the lower one first in each."""
-    try:
-        (low1, high1), (low2, high2) = limits_deg
-        return bool(low1 < high1 and low2 < high2)
-    except (TypeError, ValueError):
-        return False
 
 
 def _span(limits):
