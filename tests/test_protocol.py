@@ -106,6 +106,11 @@ def test_event_and_status_round_trip():
     assert len(wire.seal(wire.encode_status(status))) < 100
 
 
+def test_the_time_begins_again():
+    status = wire.Status("idle", 2147483647 + 2, (True, True), "-", (0.0, 0.0), (0.0, 0.0))
+    assert wire.encode_status(status).startswith("<idle t=1 h=3")
+
+
 @pytest.mark.parametrize("line", ["", "okay", "err 9 new", "!bang", "<walk t=1>", "done", "<run t=1 h=9 f=- p=1"])
 def test_lines_that_are_no_answers(line):
     assert wire.decode_answer(line) is None

@@ -14,6 +14,7 @@ from stereo_lab.errors import StereoLabError
 BAUD_RATE = 115200
 LINE_MAX = 63  # characters of a command line, without its newline
 NUMBER_MAX = 9999  # sequence numbers go from 1 to here
+TIME_MS = 2**31  # a controller's time begins again here
 GREETING = "armkit 1 ready"
 IDENTITY = "armkit 1 joints=2 hz=500"
 STOP, ASK = b"!", b"?"  # real-time: acted on at once, as the first byte of a line
@@ -226,7 +227,7 @@ def encode_status(status: Status) -> str:
     homed = sum(1 << k for k in range(2) if status.homed[k])
     p, v = status.position_deg, status.speed_deg_s
     return (
-        f"<{status.state} t={status.time_ms} h={homed} f={status.fault} p={p[0]:.2f},{p[1]:.2f} "
+        f"<{status.state} t={status.time_ms % TIME_MS} h={homed} f={status.fault} p={p[0]:.2f},{p[1]:.2f} "
         f"v={v[0]:.0f},{v[1]:.0f} lost={status.lost} drop={status.dropped}>"
     )
 
