@@ -165,6 +165,14 @@ def test_what_a_servo_cannot_do_is_refused(wire, command):
         arm.command(command)
 
 
+def test_what_servos_have_no_need_of_is_told_as_such(wire):
+    with connect("feetech://wire") as arm:
+        for ask in (arm.weigh, lambda: arm.calibrate(1), lambda: arm.push(1, 1.0, 0.2)):
+            with pytest.raises(ArmError, match="nothing to push, weigh or calibrate. Leave this step out"):
+                ask()
+        assert arm.status().state == "off"
+
+
 def test_a_joint_that_is_held_up_is_a_stall(wire):
     with connect("feetech://wire") as arm:
         wire.twins[1].held = True

@@ -308,6 +308,7 @@ class Arm:
             More voltage than there is, or a joint that came to the end of its range.
         """
         _must_be_joint(joint)
+        self._must_have_plain_motors()
         volts, seconds = finite_number(volts, "Volts of a push"), finite_number(seconds, "Seconds of a push")
         supply = self.supply_v[joint - 1]
         if abs(volts) > supply:
@@ -338,6 +339,7 @@ class Arm:
         MotorCalibration
         """
         _must_be_joint(joint)
+        self._must_have_plain_motors()
         return measuring.calibrate(self, joint)
 
     def weigh(self) -> tuple[WeightFit, WeightFit]:
@@ -350,6 +352,7 @@ class Arm:
         ArmError
             If the arm is not homed: the weight follows the angle to the horizon.
         """
+        self._must_have_plain_motors()
         return measuring.weigh(self)
 
     def use(self, joint: int, calibration: MotorCalibration) -> None:
@@ -380,6 +383,14 @@ class Arm:
         """
         self._number = self._number % wire.NUMBER_MAX + 1
         return self.line.exchange(text, self._number)
+
+    def _must_have_plain_motors(self):
+        """Refuse what bus servos have no need of, and no command for."""
+        if self.name.startswith("feetech://"):
+            raise ArmError(
+                f"The servos on {self.name} control their motors themselves: there is nothing to push, weigh or calibrate. "
+                "Leave this step out; the moves work without it."
+            )
 
     def _switch_on(self):
         stops, status = self._stops.count, self.status()
