@@ -139,6 +139,12 @@ def test_what_is_no_weight_and_no_angles_is_told():
             ask((10, 20))
 
 
+@pytest.mark.parametrize("part", [{"load_g": -5}, {"hand_g": "8"}, {"motor_at_mm": np.nan}, {"elbow_g": None}])
+def test_a_weight_that_is_none_is_named(part):
+    with pytest.raises(StereoLabError, match=f"{next(iter(part))} of an arm's weight; got"):
+        ArmWeight(**part)
+
+
 def test_solutions_keep_to_the_limits():
     arm = TwoLinkArm(250, 200, ((-90, 90), (-150, 150)))
     assert len(arm.solutions(300, 100)) == 2

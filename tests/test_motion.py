@@ -174,6 +174,18 @@ def test_a_move_has_time_for_a_look_at_the_encoder(longest_s):
         drive(Motor(), SlowDownRule(Tuning(), 0, 90), longest_s)
 
 
+@pytest.mark.parametrize(("make", "words"), [
+    (lambda: Profile(Tuning(), 0, 90, math.nan, 500), "zero or more; got 90, nan and 500"),
+    (lambda: Profile(Tuning(), 0, 90, 180, -5), "zero or more; got 90, 180 and -5"),
+    (lambda: Profile(Tuning(), 0, math.nan), "Expected a goal in degrees"),
+    (lambda: trapezoid_s(90, 0, 500), "above zero; got 0 deg/s and 500"), (lambda: trapezoid_s(90, 180, -5), "and -5 deg"),
+    (lambda: Motor(time_constant_s=-1), "time_constant_s of a motor; got -1"), (lambda: Motor(supply_v="6"), "supply_v .*got '6'"),
+])  # fmt: skip
+def test_numbers_with_which_nothing_moves_are_refused(make, words):
+    with pytest.raises(StereoLabError, match=words):
+        make()
+
+
 def test_slow_down_rule_has_three_parts():
     assert [slow_down_volts(left, 5, 3.0, 1.5) for left in (20, 5.1, 5, 0.1, 0, -3)] == [3, 3, 1.5, 1.5, 0, 0]
 

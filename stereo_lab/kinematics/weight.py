@@ -6,10 +6,12 @@ The arm's plane stands upright, so every part of it pulls at the joints that car
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Real
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stereo_lab.errors import StereoLabError
 from stereo_lab.kinematics.angles import JointAngles
 
 if TYPE_CHECKING:
@@ -37,6 +39,11 @@ class ArmWeight:
     elbow_g : float, what sits at the elbow: axle, bearings, hub, pulley
     hand_g : float, the hand at the end of the second link
     load_g : float, what it carries
+
+    Raises
+    ------
+    StereoLabError
+        If one of them is no number, or a mass below zero.
     """
 
     link1_g: float = 101.0
@@ -48,6 +55,15 @@ class ArmWeight:
     elbow_g: float = 75.0
     hand_g: float = 8.0
     load_g: float = 12.0
+
+    def __post_init__(self):
+        for name, value in vars(self).items():
+            if value is None and name.startswith("center"):
+                continue
+            if not isinstance(value, Real) or not np.isfinite(value):
+                raise StereoLabError(f"Expected a number for {name} of an arm's weight; got {value!r}.")
+            if name.endswith("_g") and value < 0:
+                raise StereoLabError(f"Expected no mass below zero for {name} of an arm's weight; got {value!r}.")
 
 
 def moments_g_mm(arm: TwoLinkArm) -> tuple[float, float]:

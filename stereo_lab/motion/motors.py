@@ -11,11 +11,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stereo_lab.errors import StereoLabError
+
 STICTION = 1.15  # a motor at rest needs this many times the voltage that keeps it turning
+ABOVE_ZERO = (
+    "speed_per_volt", "time_constant_s", "supply_v", "counts_per_turn", "torque_per_volt", "resistance_ohm"
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -38,6 +44,11 @@ class Motor:
     resistance_ohm : float, of the winding
     current_limit_a : float, no more than this flows: the driver or the supply ends it
     rated_nm : float, what it may hold for long
+
+    Raises
+    ------
+    StereoLabError
+        If one of :data:`ABOVE_ZERO` is not.
     """
 
     speed_per_volt: float = 75.0
@@ -51,6 +62,12 @@ class Motor:
     resistance_ohm: float = 1.9
     current_limit_a: float = math.inf
     rated_nm: float = 0.32
+
+    def __post_init__(self):
+        for name in ABOVE_ZERO:
+            value = getattr(self, name)
+            if not isinstance(value, Real) or not 0 < value < math.inf:
+                raise StereoLabError(f"Expected a number above zero for {name} of a motor; got {value!r}.")
 
     @classmethod
     def random(cls, rng: np.random.Generator) -> Motor:

@@ -144,7 +144,17 @@ def trapezoid_step(
 
 
 def trapezoid_s(way_deg: float, cruise_deg_s: float, acceleration_deg_s2: float) -> float:
-    """How long such a motion takes, from rest to rest; a short one never reaches its cruise, and is a triangle."""
+    """How long such a motion takes, from rest to rest; a short one never reaches its cruise, and is a triangle.
+
+    Raises
+    ------
+    StereoLabError
+        If it has no speed or no acceleration.
+    """
+    if not (cruise_deg_s > 0 and acceleration_deg_s2 > 0):  # refuses NaN as well
+        raise StereoLabError(
+            f"Expected a speed and an acceleration above zero; got {cruise_deg_s} deg/s and {acceleration_deg_s2} deg/s²."
+        )
     way_deg = abs(way_deg)
     if way_deg < cruise_deg_s**2 / acceleration_deg_s2:
         return 2 * math.sqrt(way_deg / acceleration_deg_s2)
@@ -247,7 +257,18 @@ class Profile:
         self.retarget(goal_deg, cruise_deg_s, acceleration_deg_s2)
 
     def retarget(self, goal_deg: float, cruise_deg_s: float, acceleration_deg_s2: float) -> None:
-        """Give the move another goal; on its way, too."""
+        """Give the move another goal; on its way, too. Without speed and acceleration it stays where it is.
+
+        Raises
+        ------
+        StereoLabError
+            If the goal is no number, or speed or acceleration are below zero.
+        """
+        if not (math.isfinite(goal_deg) and cruise_deg_s >= 0 and acceleration_deg_s2 >= 0):  # refuses NaN as well
+            raise StereoLabError(
+                "Expected a goal in degrees, and a speed and an acceleration of zero or more; got "
+                f"{goal_deg}, {cruise_deg_s} and {acceleration_deg_s2}."
+            )
         self.goal_deg, self.done = goal_deg, False
         self.cruise_deg_s, self.acceleration_deg_s2 = cruise_deg_s, acceleration_deg_s2
 
