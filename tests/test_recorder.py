@@ -476,15 +476,15 @@ def films(third_rig, tmp_path_factory):
     return write_films(tmp_path_factory.mktemp("films"), third_rig, 200)
 
 
-def write_films(folder, recording, count):
-    """Two video files of the first pair of boards, so many frames long; gives their names."""
+def write_films(folder, recording, count, sets=("calibration", "calibration")):
+    """Two video files of the first pair of boards, or of other sets, so many frames long; gives their names."""
     films = []
-    for side in ("left", "right"):
+    for side, name in zip(("left", "right"), sets, strict=True):
         films.append(str(folder / f"{side}.avi"))
         writer = cv2.VideoWriter(films[-1], cv2.VideoWriter_fourcc(*"MJPG"), 15, recording.image_size)
         assert writer.isOpened()
         for _ in range(count):
-            writer.write(getattr(recording.pairs("calibration")[0], side))
+            writer.write(getattr(recording.pairs(name)[0], side))
         writer.release()
     return films
 
@@ -554,6 +554,27 @@ def test_places_are_typed_in(films, tmp_path, capsys, monkeypatch):
         and "expected a number, got 'far'" in said
     )
     assert [s.measured.x_mm for s in open_recording(out).samples("position")] == [120, 130.5]
+
+
+@pytest.mark.parametrize(
+    ("sets", "says"),
+    [
+        (("position", "position"), "Taken: position/000.\n"),
+        (("position", "calibration"), "Taken: position/000. No red ball is seen in the right picture: look at it, and"),
+        (
+            ("calibration", "calibration"),
+            "Taken: position/000. No red ball is seen in either picture: look at them, and",
+        ),
+    ],
+)
+def test_a_place_whose_ball_is_not_seen_is_told_at_once(third_rig, tmp_path, capsys, monkeypatch, sets, says):
+    films = write_films(tmp_path, third_rig, 60, sets)
+    lines = iter(["120 85 1000", ""])
+    monkeypatch.setattr("builtins.input", lambda _="": next(lines))
+    assert (
+        cli.main(["record", str(tmp_path / "mine"), "--left", films[0], "--right", films[1], "--set", "position"]) == 0
+    )
+    assert says in capsys.readouterr().out
 
 
 def test_places_end_with_the_film(third_rig, tmp_path, capsys, monkeypatch):

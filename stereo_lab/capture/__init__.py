@@ -5,7 +5,7 @@ from stereo_lab.capture.exchange import export_calibration, import_calibration, 
 from stereo_lab.capture.films import import_films
 from stereo_lab.capture.folder import Folder
 from stereo_lab.capture.found import Camera, find_cameras, which_is_covered
-from stereo_lab.capture.glance import Glance, glance
+from stereo_lab.capture.glance import Glance, glance, sides_without
 from stereo_lab.capture.recorder import Recorder, State
 from stereo_lab.capture.session import Replay, Session
 from stereo_lab.capture.sheets import PAPERS_MM, Sheet, board_sheet, mark_sheets
@@ -30,5 +30,6 @@ __all__ = [
     "import_films",
     "mark_sheets",
     "recording_of",
+    "sides_without",
     "which_is_covered",
 ]

@@ -1,4 +1,4 @@
-"""What is seen of the board right now, in a few milliseconds: found or not, where, how large, how tilted, sharp, still."""
+"""What is seen of the board right now, in a few milliseconds: found or not, where, how large, how tilted, sharp; and of the ball."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ import cv2
 import numpy as np
 
 from stereo_lab.calibration.charuco import glimpse_of_charuco
+from stereo_lab.detection import BallDetector
 from stereo_lab.doctor.pictures import look_of
-from stereo_lab.recording import Board
+from stereo_lab.recording import Ball, Board
 from stereo_lab.recording.bounds import CHARUCO
 
 QUICK_WIDTH = 640  # px; boards are looked for in pictures no wider than this, and placed to a tenth of a pixel there
@@ -65,6 +66,12 @@ def glance(image: np.ndarray, board: Board) -> Glance | None:
     look = look_of(grey, corners)
     size = grey.shape[1::-1]
     return Glance(outline, corners[there], size, _tilt(plane[there], corners[there], size), look.edge_px, look.burnt)
+
+
+def sides_without(ball: Ball, left: np.ndarray, right: np.ndarray) -> list[str]:
+    """Of "left" and "right" those whose picture shows no ball of this colour."""
+    detector = BallDetector(ball.color)
+    return [side for side, image in (("left", left), ("right", right)) if detector.detect(image) is None]
 
 
 def _quick(small, board):

@@ -202,7 +202,18 @@ def _typed_places(source, recorder, options):
             except StereoLabError as error:
                 print(error)
                 continue
-            print(f"Taken: {options.set_name}/{name}.")
+            print(f"Taken: {options.set_name}/{name}. {_unseen(recorder.folder.ball, frame)}".rstrip())
+
+
+def _unseen(ball, frame):
+    """In which pictures no ball is seen; the pair is kept all the same, for the ball may be there and hard to see."""
+    from stereo_lab.capture import sides_without
+
+    sides = sides_without(ball, frame.left, frame.right)
+    if not sides:
+        return ""
+    where = f"in the {sides[0]} picture: look at it" if len(sides) == 1 else "in either picture: look at them"
+    return f"No {ball.color} ball is seen {where}, and take this place again if {'it shows' if len(sides) == 1 else 'they show'} none."
 
 
 def run_check(options: argparse.Namespace) -> int:
