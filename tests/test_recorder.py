@@ -476,15 +476,18 @@ def films(third_rig, tmp_path_factory):
     return write_films(tmp_path_factory.mktemp("films"), third_rig, 200)
 
 
-def write_films(folder, recording, count, sets=("calibration", "calibration")):
+def write_films(folder, recording, count, sets=("calibration", "calibration"), grey=False):
     """Two video files of the first pair of boards, or of other sets, so many frames long; gives their names."""
     films = []
     for side, name in zip(("left", "right"), sets, strict=True):
         films.append(str(folder / f"{side}.avi"))
         writer = cv2.VideoWriter(films[-1], cv2.VideoWriter_fourcc(*"MJPG"), 15, recording.image_size)
         assert writer.isOpened()
+        picture = getattr(recording.pairs(name)[0], side)
+        if grey:
+            picture = cv2.cvtColor(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), cv2.COLOR_GRAY2BGR)
         for _ in range(count):
-            writer.write(getattr(recording.pairs(name)[0], side))
+            writer.write(picture)
         writer.release()
     return films
 
@@ -575,6 +578,18 @@ def test_a_place_whose_ball_is_not_seen_is_told_at_once(third_rig, tmp_path, cap
         cli.main(["record", str(tmp_path / "mine"), "--left", films[0], "--right", films[1], "--set", "position"]) == 0
     )
     assert says in capsys.readouterr().out
+
+
+def test_a_place_taken_in_grey_is_told(third_rig, tmp_path, capsys, monkeypatch):
+    films = write_films(tmp_path, third_rig, 60, ("position", "position"), grey=True)
+    lines = iter(["120 85 1000", ""])
+    monkeypatch.setattr("builtins.input", lambda _="": next(lines))
+    assert (
+        cli.main(["record", str(tmp_path / "mine"), "--left", films[0], "--right", films[1], "--set", "position"]) == 0
+    )
+    assert "position/000. No red ball is seen: the picture is grey." in capsys.readouterr().out
+    assert cli.main(["detect", films[0]]) == 0
+    assert "frame 59: no ball; this is a grey picture" in capsys.readouterr().out
 
 
 def test_places_end_with_the_film(third_rig, tmp_path, capsys, monkeypatch):

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from contextlib import nullcontext
 
 import cv2
 import numpy as np
@@ -201,6 +202,21 @@ def test_grey_and_deep_pictures(tmp_path):
     assert read_image(grey, grey_allowed=True).shape == (8, 8, 3)
     with pytest.raises(RecordingError, match="16 bits"):
         read_image(deep)
+
+
+@pytest.mark.parametrize(("tint", "grey"), [(0, True), (2, True), (40, False)])
+def test_a_grey_picture_of_three_channels_is_a_grey_one(bench, tmp_path, tint, grey):
+    shades = cv2.cvtColor(cv2.cvtColor(bench.pairs("snaps")[0].left, cv2.COLOR_BGR2GRAY), cv2.COLOR_GRAY2BGR)
+    file = tmp_path / "night.png"
+    cv2.imwrite(str(file), cv2.add(shades, (tint, 0, 0, 0)))
+    assert read_image(file, grey_allowed=True).shape == shades.shape
+    with pytest.raises(RecordingError, match="grey") if grey else nullcontext():
+        read_image(file)
+
+
+def test_a_dark_picture_is_no_grey_one(tmp_path):
+    cv2.imwrite(str(tmp_path / "dark.png"), np.full((8, 8, 3), 20, np.uint8))
+    assert read_image(tmp_path / "dark.png").shape == (8, 8, 3)
 
 
 @pytest.mark.parametrize("number", range(1, 9))

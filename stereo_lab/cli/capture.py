@@ -208,10 +208,15 @@ def _typed_places(source, recorder, options):
 def _unseen(ball, frame):
     """In which pictures no ball is seen; the pair is kept all the same, for the ball may be there and hard to see."""
     from stereo_lab.capture import sides_without
+    from stereo_lab.recording.pictures import is_colorless
 
     sides = sides_without(ball, frame.left, frame.right)
     if not sides:
         return ""
+    if any(is_colorless(getattr(frame, side)) for side in sides):
+        return (
+            f"No {ball.color} ball is seen: the picture is grey. Set the camera to colour, and take this place again."
+        )
     where = f"in the {sides[0]} picture: look at it" if len(sides) == 1 else "in either picture: look at them"
     return f"No {ball.color} ball is seen {where}, and take this place again if {'it shows' if len(sides) == 1 else 'they show'} none."
 

@@ -169,7 +169,7 @@ def run_detect(options: argparse.Namespace) -> int:
             print(f"stereo-lab: {error}", file=sys.stderr)
             code = BAD_INPUT
             continue
-        _say(options, str(path), rows[-1]["detection"])
+        _say(str(path), rows[-1]["detection"])
     for path in filter(is_video, options.images):
         rows += _watched(path, detector, options)
     write_json_option(options.json, rows)
@@ -204,6 +204,7 @@ def _looked(detector, image, near=None):
 
 def _watched(path, detector, options):
     """The rows of a video: each frame is first looked at where the ball was in the one before."""
+    from stereo_lab.recording.pictures import is_colorless
     from stereo_lab.recording.video import count_frames, read_video
 
     total, near, rows = count_frames(path), None, []
@@ -211,13 +212,14 @@ def _watched(path, detector, options):
         for number, frame in enumerate(read_video(path)):
             row, near = _looked(detector, frame, near)
             rows.append({"file": str(path), "frame": number, **row})
-            _say(options, f"{path}, frame {number}", row["detection"])
+            _say(f"{path}, frame {number}", row["detection"], near is None and is_colorless(frame))
             progress(f"look at {path}", number + 1, max(total, number + 1))
     return rows
 
 
-def _say(options, what, ball):
-    place = f"u {ball['u']:.1f}  v {ball['v']:.1f}  radius {ball['radius_px']:.1f} px" if ball else "no ball"
+def _say(what, ball, grey=False):
+    none = "no ball; this is a grey picture, and the ball is found by its colour" if grey else "no ball"
+    place = f"u {ball['u']:.1f}  v {ball['v']:.1f}  radius {ball['radius_px']:.1f} px" if ball else none
     print(f"{what}: {place}")
 
 

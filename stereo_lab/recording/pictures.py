@@ -23,6 +23,10 @@ PHONES = {
     b"avif": "AVIF",
 }  # by what their files begin with
 AS_IT_IS = cv2.IMREAD_ANYDEPTH | cv2.IMREAD_ANYCOLOR  # turned upright by its EXIF, which IMREAD_UNCHANGED passes over
+COLORLESS, DARK = (
+    8,
+    64,
+)  # of 255: channels of a grey picture differ by less; one that is nowhere brighter may only be dark
 LARGEST_PICTURE = 100_000_000  # pixels; ten times those of a good camera, and 300 MB of memory
 
 
@@ -52,13 +56,18 @@ def read_image(path: str | Path, grey_allowed: bool = False) -> np.ndarray:
         raise RecordingError(
             f"{path} has {8 * image.itemsize} bits a channel; 8 are expected. Save it as a plain JPEG."
         )
-    if image.ndim == 2 or image.shape[2] == 1:
-        if not grey_allowed:
-            raise RecordingError(
-                f"{path} is a grey picture; the ball is found by its colour. Set the camera to colour."
-            )
-        image = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
-    return np.ascontiguousarray(image[..., :3])
+    one_channel = image.ndim == 2 or image.shape[2] == 1
+    image = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if one_channel else np.ascontiguousarray(image[..., :3])
+    if not grey_allowed and (one_channel or is_colorless(image)):
+        raise RecordingError(f"{path} is a grey picture; the ball is found by its colour. Set the camera to colour.")
+    return image
+
+
+def is_colorless(image: np.ndarray) -> bool:
+    """Whether a BGR picture is a grey one, as a camera in black and white or in the dark saves it."""
+    blue, green, red = cv2.split(image)
+    apart = max(cv2.absdiff(blue, green).max(), cv2.absdiff(green, red).max())
+    return bool(apart < COLORLESS and image.max() > DARK)
 
 
 def _check_size(path, data):
