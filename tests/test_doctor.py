@@ -734,11 +734,26 @@ def _upside_down(mine):
         cv2.imwrite(str(picture), cv2.rotate(cv2.imread(str(picture)), cv2.ROTATE_180))
 
 
+def _save_16_bits(mine):
+    picture = mine / "position" / "left" / "000.jpg"
+    cv2.imwrite(str(picture.with_suffix(".png")), cv2.imread(str(picture)).astype(np.uint16) * 257)
+    picture.unlink()
+
+
+def _in_black_and_white(mine):
+    for picture in (mine / "position").glob("*/*.jpg"):
+        cv2.imwrite(str(picture), cv2.cvtColor(cv2.imread(str(picture), cv2.IMREAD_GRAYSCALE), cv2.COLOR_GRAY2BGR))
+
+
 @pytest.mark.parametrize(
     ("spoil", "name", "says"),
     [
         (lambda mine: (mine / "evaluation" / "left" / "003.jpg").write_bytes(b"broken"), "picture_broken", "evaluation/left/003.jpg"),
         (lambda mine: (mine / "calibration" / "left" / "003.jpg").write_bytes(b""), "picture_broken", "calibration/left/003.jpg"),
+        (_save_16_bits, "picture_format", "has 16 bits a channel"),
+        (_in_black_and_white, "picture_grey", "is a grey picture; the ball is found by its colour. Set the camera to colour. So are"),
+        (lambda mine: shutil.copy(mine / "position" / "left" / "000.jpg", mine / "position" / "left" / "000.png"), "name_twice", "Keep one."),
+        (lambda mine: [file.unlink() for file in (mine / "depth" / "left").iterdir()], "no_pictures", "holds no pictures"),
         (lambda mine: (mine / "evaluation" / "right" / "003.jpg").unlink(), "half_missing", "003"),
         (lambda mine: (mine / "position" / "measured.csv").unlink(), "no_table", "no measured.csv"),
         (lambda mine: shutil.rmtree(mine / "depth" / "right"), "half_missing", "left camera alone"),

@@ -105,7 +105,8 @@ class Recording:
         if not left:
             there = ", ".join(self.sets) or "none"
             raise RecordingError(
-                f"{folder / 'left'} holds no pictures (.jpg or .png). Sets in this recording: {there}.{told_of_strays(self.path)}"
+                f"{folder / 'left'} holds no pictures (.jpg or .png). Sets in this recording: {there}.{told_of_strays(self.path)}",
+                fault="no_pictures",
             )
         right = pictures_in(folder / "right") if (folder / "right").is_dir() else {}
         if (folder / "right").is_dir():
@@ -215,7 +216,8 @@ def pictures_in(folder: Path) -> dict[str, Path]:
     for file in sorted(files, key=natural_key):
         if file.stem in found:
             raise RecordingError(
-                f"{folder} holds {found[file.stem].name} and {file.name}: two pictures of one name. Keep one."
+                f"{folder} holds {found[file.stem].name} and {file.name}: two pictures of one name. Keep one.",
+                fault="name_twice",
             )
         found[file.stem] = file
     return found

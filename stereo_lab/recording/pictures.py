@@ -54,12 +54,16 @@ def read_image(path: str | Path, grey_allowed: bool = False) -> np.ndarray:
         raise _broken(path, data)
     if image.dtype != np.uint8:
         raise RecordingError(
-            f"{path} has {8 * image.itemsize} bits a channel; 8 are expected. Save it as a plain JPEG."
+            f"{path} has {8 * image.itemsize} bits a channel; 8 are expected. Save it as a plain JPEG.",
+            fault="picture_format",
         )
     one_channel = image.ndim == 2 or image.shape[2] == 1
     image = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if one_channel else np.ascontiguousarray(image[..., :3])
     if not grey_allowed and (one_channel or is_colorless(image)):
-        raise RecordingError(f"{path} is a grey picture; the ball is found by its colour. Set the camera to colour.")
+        raise RecordingError(
+            f"{path} is a grey picture; the ball is found by its colour. Set the camera to colour.",
+            fault="picture_grey",
+        )
     return image
 
 
@@ -97,7 +101,8 @@ def _decode(data):
 def _too_large(path, came):
     return RecordingError(
         f"{path} is too large: expected {LARGEST_PICTURE // 1_000_000} megapixels at most, got {came}. "
-        "Take it again, smaller."
+        "Take it again, smaller.",
+        fault="picture_format",
     )
 
 
@@ -105,7 +110,8 @@ def _broken(path, data):
     if data[4:8] == b"ftyp" and data[8:12] in PHONES:
         return RecordingError(
             f'{path} is a {PHONES[data[8:12]]} picture, which cannot be read here. Set the phone to JPEG ("most compatible"), or '
-            "save it again as JPEG."
+            "save it again as JPEG.",
+            fault="picture_format",
         )
     if data and not data.startswith(HEADS):
         return RecordingError(f"{path} is no picture that can be read: expected a .jpg or .png.")
