@@ -302,9 +302,13 @@ def test_calibrated_by_leads_in_a_ring(small, capsys, ring):
     assert "leads in a ring" in refused(capsys, "calibrate", small)
 
 
-def test_calibrated_by_names_nobody(small, capsys):
-    write_facts(small, calibrated_by="nobody")
-    assert "There is no folder" in refused(capsys, "calibrate", small)
+@pytest.mark.parametrize("name", ["nobody", "bench"])  # a shipped one is found by its name, but lies elsewhere
+def test_calibrated_by_names_nobody(small, capsys, name):
+    write_facts(small, calibrated_by=name)
+    says = (
+        f"recording.json: calibrated_by names the recording {name}, and there is none in {small.parent / name}. Copy it"
+    )
+    assert says in refused(capsys, "calibrate", small)
 
 
 @pytest.mark.parametrize(("code", "advice"), [

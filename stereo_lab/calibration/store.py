@@ -119,7 +119,13 @@ def boards_of(recording: Recording) -> Recording:
                 f"{recording.path / 'recording.json'}: calibrated_by leads in a ring, {' -> '.join([*passed, name])}. "
                 "Name a recording that has boards of its own."
             )
-        recording = open_recording(recording.path.parent / name)
+        beside = recording.path.parent / name
+        if not (beside / "recording.json").is_file():
+            raise RecordingError(
+                f"{recording.path / 'recording.json'}: calibrated_by names the recording {name}, and there is none in {beside}. "
+                "Copy it there, or name one that lies beside this one."
+            )
+        recording = open_recording(beside)
         passed.append(name)
     return recording
 
