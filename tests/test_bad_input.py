@@ -18,7 +18,14 @@ import numpy as np
 import pytest
 
 from conftest import ROOT
-from stereo_lab.calibration import find_corners, find_homography, store
+from stereo_lab.calibration import (
+    calibrate_anew,
+    calibrate_recording,
+    calibrate_stereo,
+    find_corners,
+    find_homography,
+    store,
+)
 from stereo_lab.cli import main
 from stereo_lab.common.files import read_json, read_text, typed, whole_folder, write_whole
 from stereo_lab.common.spreadsheets import read_table
@@ -909,7 +916,7 @@ def test_the_paper_has_no_candidates(bench):
 
 
 def test_a_name_in_the_place_of_a_recording():
-    for asks in (Localizer.fit, lambda name: questions("04", name)):
+    for asks in (Localizer.fit, lambda name: questions("04", name), calibrate_recording, calibrate_anew):
         with pytest.raises(StereoLabError, match="as open_recording gives it"):
             asks("bench")
 
@@ -986,6 +993,14 @@ GREY = np.full((48, 64, 3), 127, np.uint8)
 def test_corners_are_looked_for_in_a_picture(board, image):
     with pytest.raises(StereoLabError, match="Expected a picture of shape .* and type uint8; (got|there is none)"):
         find_corners(image, board)
+
+
+@pytest.mark.parametrize("size", [(9, 6), 9, None])
+def test_a_size_in_the_place_of_a_board(bench, size):
+    pairs = bench.pairs("calibration")[:4]
+    for asks in (lambda: find_corners(GREY, size), lambda: calibrate_stereo(pairs, size)):
+        with pytest.raises(StereoLabError, match=r"Expected a board, as in Board\(9, 6, 25.0\)"):
+            asks()
 
 
 @pytest.mark.parametrize("board", BOARDS, ids=lambda board: board.kind)

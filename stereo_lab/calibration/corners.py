@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import reprlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -43,8 +44,13 @@ def find_corners(image: np.ndarray, board: Board, finders: Sequence[Callable] | 
     Raises
     ------
     StereoLabError
-        If it is no picture, or of another type.
+        If it is no picture, or of another type; or if the board is no Board.
     """
+    if not isinstance(board, Board):  # OpenCV takes a pair of counts
+        raise StereoLabError(
+            "Expected a board, as in Board(9, 6, 25.0), of 9x6 inner corners and squares of 25 mm; "
+            f"got {reprlib.repr(board)}."
+        )
     grey = _grey(image)
     if min(grey.shape) < SMALLEST_PX:
         return None

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from dataclasses import asdict, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -110,7 +111,17 @@ def _make(recording, key, progress):
 
 
 def boards_of(recording: Recording) -> Recording:
-    """The recording whose boards are used: itself, or the one beside it that ``calibrated_by`` names."""
+    """The recording whose boards are used: itself, or the one beside it that ``calibrated_by`` names.
+
+    Raises
+    ------
+    StereoLabError
+        If it is a name and no recording.
+    RecordingError
+        If ``calibrated_by`` leads to none.
+    """
+    if isinstance(recording, str | Path):
+        raise StereoLabError(f"Expected a recording, as open_recording gives it; got {str(recording)!r}.")
     passed = [recording.name]
     while recording.calibrated_by:
         name = recording.calibrated_by
