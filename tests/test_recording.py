@@ -11,7 +11,7 @@ from PIL import Image, ImageOps
 
 from stereo_lab.errors import RecordingError, StereoLabError
 from stereo_lab.kinematics import ArmWeight
-from stereo_lab.recording import Board, import_images, open_recording, read_image
+from stereo_lab.recording import Ball, Board, import_images, open_recording, read_image
 
 FACTS = {
     "format": 1,
@@ -120,6 +120,14 @@ def test_broken_facts_are_named(small, change, says):
     rewrite(small, **change)
     with pytest.raises(RecordingError, match=says):
         open_recording(small)
+
+
+def test_boards_and_balls_are_of_numbers_however_they_were_typed():
+    assert repr(Board("9", "6", "25")) == repr(Board(9, 6, 25.0))
+    assert repr(Board("8", 6, "25", "charuco", "18", "DICT_4X4_50")) == repr(
+        Board(8, 6, 25.0, "charuco", 18.0, "DICT_4X4_50")
+    )
+    assert repr(Ball("Red ", "40")) == repr(Ball("red", 40.0))
 
 
 @pytest.mark.parametrize("depth", ["1.024", '"1,024"'])

@@ -21,6 +21,12 @@ from stereo_lab.recording.bounds import (
 from stereo_lab.recording.pictures import read_image
 
 
+def _keep(thing, **values):
+    """What was typed, as it is understood: "40" becomes 40.0. Afterwards nobody can change it."""
+    for name, value in values.items():
+        object.__setattr__(thing, name, value)  # ``thing`` is frozen
+
+
 @dataclass(frozen=True)
 class Board:
     """A flat board whose corners a camera can find: a chessboard, or a ChArUco board.
@@ -54,11 +60,14 @@ class Board:
     def __post_init__(self):
         board_kind(self.kind, "board kind")
         squares = int(self.kind == CHARUCO)
-        corner_count(self.columns, "board columns", squares)
-        corner_count(self.rows, "board rows", squares)
-        length_mm(self.square_mm, "board square_mm")
+        _keep(
+            self,
+            columns=corner_count(self.columns, "board columns", squares),
+            rows=corner_count(self.rows, "board rows", squares),
+            square_mm=length_mm(self.square_mm, "board square_mm"),
+        )
         if self.kind == CHARUCO:
-            markers_that_fit(self.marker_mm, self.square_mm, "board marker_mm")
+            _keep(self, marker_mm=markers_that_fit(self.marker_mm, self.square_mm, "board marker_mm"))
             dictionary_name(self.dictionary, self.columns * self.rows // 2, "board dictionary")
 
     @property
@@ -100,8 +109,8 @@ class Ball:
     diameter_mm: float
 
     def __post_init__(self):
-        color_name(self.color, "ball color")
-        length_mm(self.diameter_mm, "ball diameter_mm")
+        color, diameter_mm = color_name(self.color, "ball color"), length_mm(self.diameter_mm, "ball diameter_mm")
+        _keep(self, color=color, diameter_mm=diameter_mm)
 
 
 USUAL_BALL = Ball("red", 40.0)  # the bench's, where no other one is told
