@@ -895,10 +895,20 @@ def test_detect_takes_patterns_and_folders(bench, capsys):
 def test_a_picture_that_cannot_be_read_does_not_hide_the_others(bench, tmp_path, capsys):
     good, bad = bench.pairs("snaps")[0].left_path, tmp_path / "cut.jpg"
     bad.write_bytes(good.read_bytes()[:3000])
-    assert main(["detect", str(bad), str(good), "--json", str(tmp_path / "found.json")]) == 2
+    film = tmp_path / "text.mp4"
+    film.write_text("no film")
+    words = [str(film), str(bad), str(good), str(tmp_path / "nothere.png")]
+    assert main(["detect", *words, "--json", str(tmp_path / "found.json")]) == 2
     told = capsys.readouterr()
-    assert "cut.jpg" in told.err and "u 1" in told.out
-    assert [row["file"] for row in json.loads((tmp_path / "found.json").read_text())] == [str(good)]
+    assert all(name in told.err for name in ("cut.jpg", "text.mp4", "nothere.png")) and "u 1" in told.out
+    rows = json.loads((tmp_path / "found.json").read_text())
+    assert [row["file"] for row in rows] == [words[1], words[2], words[3], words[0]]
+    assert [sorted(row) for row in rows] == [
+        ["error", "file"],
+        ["detection", "file", "ms"],
+        ["error", "file"],
+        ["error", "file"],
+    ]
 
 
 def test_samples_that_no_depth_follows():

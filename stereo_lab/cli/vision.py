@@ -155,23 +155,19 @@ def _swapped(recording):
 def run_detect(options: argparse.Namespace) -> int:
     """Find the ball in pictures and print where it is. The exit code is BAD_INPUT where one cannot be read, else OK."""
     from stereo_lab.detection import BallDetector
-    from stereo_lab.recording import is_video, read_image
+    from stereo_lab.recording import is_video
 
     options.images = [file for word in options.images for file in _files(word)]
-    pictures = [path for path in options.images if not is_video(path)]
-    detector = BallDetector(_color(options, pictures), options.method)
-    rows = []
-    code = OK
-    for path in pictures:
+    detector = BallDetector(_color(options, [path for path in options.images if not is_video(path)]), options.method)
+    rows, code = [], OK
+    for path in sorted(options.images, key=is_video):  # films last: they take long
         try:
-            rows.append({"file": str(path), **_looked(detector, read_image(path))[0]})
+            for row in _watched(path, detector) if is_video(path) else _pictured(path, detector):
+                rows.append(row)  # one by one: a film that breaks off keeps those before
         except RecordingError as error:  # the others can be looked at all the same
             print(f"stereo-lab: {error}", file=sys.stderr)
+            rows.append({"file": str(path), "error": str(error)})
             code = BAD_INPUT
-            continue
-        _say(str(path), rows[-1]["detection"])
-    for path in filter(is_video, options.images):
-        rows += _watched(path, detector, options)
     write_json_option(options.json, rows)
     return code
 
@@ -202,19 +198,27 @@ def _looked(detector, image, near=None):
     return {"ms": ms, "detection": ball}, found
 
 
-def _watched(path, detector, options):
+def _pictured(path, detector):
+    """The row of a picture."""
+    from stereo_lab.recording import read_image
+
+    row, _ = _looked(detector, read_image(path))
+    _say(str(path), row["detection"])
+    yield {"file": str(path), **row}
+
+
+def _watched(path, detector):
     """The rows of a video: each frame is first looked at where the ball was in the one before."""
     from stereo_lab.recording.pictures import is_colorless
     from stereo_lab.recording.video import count_frames, read_video
 
-    total, near, rows = count_frames(path), None, []
+    total, near = count_frames(path), None
     with Progress() as progress:
         for number, frame in enumerate(read_video(path)):
             row, near = _looked(detector, frame, near)
-            rows.append({"file": str(path), "frame": number, **row})
             _say(f"{path}, frame {number}", row["detection"], near is None and is_colorless(frame))
+            yield {"file": str(path), "frame": number, **row}
             progress(f"look at {path}", number + 1, max(total, number + 1))
-    return rows
 
 
 def _say(what, ball, grey=False):
