@@ -122,6 +122,29 @@ def test_broken_facts_are_named(small, change, says):
         open_recording(small)
 
 
+@pytest.mark.parametrize(
+    ("lost", "says"),
+    [
+        (
+            ("ball",),
+            r'recording.json: ball is missing, or spelt in another way. Add "ball": {"color": "red", "diameter_mm": 40.0}',
+        ),
+        (("image_size",), r'recording.json: image_size is missing.* Add "image_size": \[640, 480\], with your own'),
+        (("board", "square_mm"), r'recording.json, board: square_mm is missing.* Add "square_mm": 25.0'),
+        (("ball", "diameter_mm"), r'recording.json, ball: diameter_mm is missing.* Add "diameter_mm": 40.0'),
+        (("arm", "l2_mm"), r'recording.json, arm: l2_mm is missing.* Add "l2_mm": 200'),
+    ],
+)
+def test_what_recording_json_lacks_is_told_with_how_it_is_written(small, lost, says):
+    facts = json.loads((small / "recording.json").read_text())
+    facts["arm"] = {"l1_mm": 250, "l2_mm": 200, "depth_mm": 1000}
+    inner = facts if len(lost) == 1 else facts[lost[0]]
+    del inner[lost[-1]]
+    (small / "recording.json").write_text(json.dumps(facts))
+    with pytest.raises(RecordingError, match=says):
+        open_recording(small)
+
+
 def test_boards_and_balls_are_of_numbers_however_they_were_typed():
     assert repr(Board("9", "6", "25")) == repr(Board(9, 6, 25.0))
     assert repr(Board("8", 6, "25", "charuco", "18", "DICT_4X4_50")) == repr(

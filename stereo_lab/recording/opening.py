@@ -37,6 +37,22 @@ from stereo_lab.recording.truth import read_truth
 
 __all__ = ["COLORS", "open_recording"]
 
+# What recording.json needs, as it may be written
+NEEDED = {
+    "image_size": "[640, 480]",
+    "board": '{"columns": 9, "rows": 6, "square_mm": 25.0}',
+    "columns": "9",
+    "rows": "6",
+    "square_mm": "25.0",
+    "marker_mm": "18.75",
+    "dictionary": '"DICT_4X4_50"',
+    "ball": '{"color": "red", "diameter_mm": 40.0}',
+    "diameter_mm": "40.0",
+    "l1_mm": "250",
+    "l2_mm": "200",
+    "depth_mm": "1000",
+}
+
 
 def open_recording(path: str | Path | None = None) -> Recording:
     """Open a recording.
@@ -100,7 +116,7 @@ def _parse(folder, facts):
         board=_parse_board(board, where),
         ball=Ball(
             color_name(ball.get("color", "red"), f"{where}, ball color"),
-            length_mm(ball.get("diameter_mm"), f"{where}, ball diameter_mm"),
+            length_mm(_needed(ball, "diameter_mm", f"{where}, ball"), f"{where}, ball diameter_mm"),
         ),
         arm=arm,
         arm_depth_mm=depth,
@@ -115,12 +131,14 @@ def _parse_board(facts, where):
     """A chessboard, or where it says so a ChArUco board."""
     kind = board_kind(facts.get("kind", CHESSBOARD), f"{where}, board kind")
     charuco = kind == CHARUCO
-    columns, rows = (corner_count(facts.get(way), f"{where}, board {way}", int(charuco)) for way in ("columns", "rows"))
-    square = length_mm(facts.get("square_mm"), f"{where}, board square_mm")
+    told = {key: _needed(facts, key, f"{where}, board") for key in ("columns", "rows", "square_mm")}
+    columns, rows = (corner_count(told[way], f"{where}, board {way}", int(charuco)) for way in ("columns", "rows"))
+    square = length_mm(told["square_mm"], f"{where}, board square_mm")
     if not charuco:
         return Board(columns, rows, square)
-    marker = markers_that_fit(facts.get("marker_mm"), square, f"{where}, board marker_mm")
-    dictionary = dictionary_name(facts.get("dictionary"), columns * rows // 2, f"{where}, board dictionary")
+    told = {key: _needed(facts, key, f"{where}, board") for key in ("marker_mm", "dictionary")}
+    marker = markers_that_fit(told["marker_mm"], square, f"{where}, board marker_mm")
+    dictionary = dictionary_name(told["dictionary"], columns * rows // 2, f"{where}, board dictionary")
     return Board(columns, rows, square, kind, marker, dictionary)
 
 
@@ -152,7 +170,8 @@ def _parse_arm(facts, where):
         if low >= high:
             raise RecordingError(f"{where}, arm {joint}: expected [low, high] in degrees, got {reprlib.repr(turns)}.")
         limits.append((low, high))
-    lengths = [length_mm(arm.get(k), f"{where}, arm {k}") for k in ("l1_mm", "l2_mm", "depth_mm")]
+    keys = "l1_mm", "l2_mm", "depth_mm"
+    lengths = [length_mm(_needed(arm, key, f"{where}, arm"), f"{where}, arm {key}") for key in keys]
     return TwoLinkArm(*lengths[:2], tuple(limits), _parse_weight(arm, where)), lengths[2]
 
 
@@ -167,14 +186,24 @@ def _parse_weight(arm, where):
     return ArmWeight(**dict(zip(told, sizes, strict=True)))
 
 
-def _section(facts, key, where):
-    if not isinstance(facts.get(key), dict):
-        raise RecordingError(f"{where}: expected an object named {key!r}, got {reprlib.repr(facts.get(key))}.")
+def _needed(facts, key, where):
+    """What stands under a key that nothing stands in for."""
+    if key not in facts:
+        raise RecordingError(
+            f'{where}: {key} is missing, or spelt in another way. Add "{key}": {NEEDED[key]}, with your own values.'
+        )
     return facts[key]
 
 
+def _section(facts, key, where):
+    section = _needed(facts, key, where)
+    if not isinstance(section, dict):
+        raise RecordingError(f"{where}: expected an object named {key!r}, got {reprlib.repr(section)}.")
+    return section
+
+
 def _list(facts, key, length, where):
-    value = facts.get(key)
+    value = _needed(facts, key, where)
     if not isinstance(value, list) or len(value) != length:
         raise RecordingError(f"{where}: expected {length} numbers in {key}, got {reprlib.repr(value)}.")
     return value
