@@ -1,5 +1,6 @@
 """The whole chain, and every command as a user runs it."""
 
+import argparse
 import io
 import json
 import os
@@ -15,6 +16,7 @@ import numpy as np
 import pytest
 
 from conftest import ROOT
+from stereo_lab import cli
 from stereo_lab.calibration import StereoCalibration, find_calibration
 from stereo_lab.calibration.store import BROUGHT
 from stereo_lab.cli import checks, main, terminal
@@ -218,6 +220,32 @@ def test_every_command_has_help_with_an_example():
     for command in ("demo", "calibrate", "detect", "import", "render", "test"):
         code, out, _ = run(command, "--help")
         assert code == 0 and "example:" in out
+
+
+def _commands(parser):
+    """All commands below a parser, and the commands below them, with their names."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for name, command in action.choices.items():
+                yield name, command
+                yield from _commands(command)
+
+
+def test_every_option_says_what_it_is():
+    silent = [
+        f"{name} {action.dest}"
+        for name, command in _commands(cli._parser())
+        for action in command._actions
+        if not action.help and not isinstance(action, argparse._SubParsersAction)
+    ]
+    assert not silent
+
+
+@pytest.mark.parametrize(("command", "says"), [
+    ("board", "(default: 25)"), ("record", "(25, or that of the recording)"), ("detect", "(default: cone)"), ("detect", "middle of the top left pixel"),
+])  # fmt: skip
+def test_help_tells_what_is_taken_and_what_is_printed(command, says):
+    assert says in " ".join(run(command, "--help")[1].split())
 
 
 @pytest.mark.slow

@@ -27,7 +27,7 @@ def add_to(add: Add) -> None:
         "--columns", metavar="N", help="of a chessboard its inner corners, of a ChArUco board its squares (9)"
     )
     board.add_argument("--rows", metavar="N", help="the same, downwards (6)")
-    add_board(board)
+    add_board(board, f"(default: {SQUARE_MM})")
     board.add_argument("--paper", default="A4", metavar="NAME", help="A4, Letter or A3 (default: %(default)s)")
     board.add_argument(
         "--marks", action="store_true", help="instead of a board: crosses for the table, marked with their x and depth"

@@ -34,7 +34,7 @@ def add_to(add: Add) -> None:
         "--board", metavar="9x6",
         help="columns x rows: of a chessboard its inner corners, of a ChArUco board its squares (9x6, or that of the recording)",
     )  # fmt: skip
-    add_board(record)
+    add_board(record, f"({SQUARE_MM}, or that of the recording)")
     record.add_argument("--ball-color", metavar="NAME", help="of the ball (red, or that of the recording)")
     record.add_argument("--ball-mm", metavar="MM", help="diameter of the ball (40, or that of the recording)")
     record.add_argument(

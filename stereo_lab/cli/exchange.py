@@ -26,7 +26,7 @@ def add_to(add: Add) -> None:
     bring.add_argument(
         "--every", type=whole, metavar="N", help="of a film: of N frames the one with the stillest board (10)"
     )
-    bring.add_argument("--right", nargs="+", metavar="GLOB")
+    bring.add_argument("--right", nargs="+", metavar="GLOB", help="the same of the right ones")
     bring.add_argument(
         "--side-by-side",
         nargs="+",

@@ -55,7 +55,7 @@ def add_to(add: Add) -> None:
     live.add_argument("--seconds", type=seconds, metavar="S", help="end after so long")
 
     log = add("log", run_log, "Summarise the log of a run.", "log run.jsonl --csv run.csv --plot run.png")
-    log.add_argument("file", metavar="FILE")
+    log.add_argument("file", metavar="FILE", help="what a run wrote, as with live --log (.jsonl)")
     log.add_argument("--csv", metavar="FILE", help="write it as a table for a spreadsheet")
     log.add_argument("--plot", metavar="FILE", help="draw it, CPU and memory among it (.png, .svg or .pdf)")
     add_json(log)

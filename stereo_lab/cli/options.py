@@ -18,9 +18,9 @@ def add_recording(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
 
 
-def add_board(parser: argparse.ArgumentParser) -> None:
-    """What else there is to say of a board."""
-    parser.add_argument("--square-mm", metavar="MM", help="side of one square in millimetres")
+def add_board(parser: argparse.ArgumentParser, square: str = "") -> None:
+    """What else there is to say of a board; ``square``: what is taken where --square-mm is not given."""
+    parser.add_argument("--square-mm", metavar="MM", help=f"side of one square in millimetres {square}".rstrip())
     parser.add_argument("--charuco", action="store_true", help="it is a ChArUco board: a chessboard with markers in it")
     parser.add_argument("--marker-mm", metavar="MM", help="side of one marker (default: three quarters of a square)")
     parser.add_argument(

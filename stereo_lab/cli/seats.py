@@ -38,7 +38,7 @@ def add_to(add: Add) -> None:
         "Bring what pack wrote into your folder; what lies there and is different is kept.",
         "unpack stick/ada.zip",
     )
-    unpack.add_argument("file", metavar="FILE")
+    unpack.add_argument("file", metavar="FILE", help="what pack wrote (.zip)")
     add_name(unpack)
 
     wheels = add(

@@ -21,11 +21,8 @@ MOST_CORES = 4  # each holds 100 MB
 def add_to(add: Add) -> None:
     """The commands and their options."""
     demo = add(
-        "demo",
-        run_demo,
-        "Run the whole chain on a recording, beside the paper's numbers.",
-        "demo bench --report demo.html",
-    )
+        "demo", run_demo, "Run the whole chain on a recording, beside the paper's numbers.", "demo bench --report demo.html"
+    )  # fmt: skip
     add_recording(demo)
     demo.add_argument(
         "--report", metavar="FILE", default="demo.html", help="picture report to write (default: %(default)s)"
@@ -38,23 +35,23 @@ def add_to(add: Add) -> None:
     calibrate.add_argument("--save", metavar="FILE", help="write the calibration itself, to be loaded in Python")
     calibrate.add_argument("--report", metavar="FILE", help="picture of where the calibration knows least, as HTML")
     calibrate.add_argument(
-        "--keep",
-        action="store_true",
-        help="write it into the recording, so that whoever gets the folder starts with it",
-    )
+        "--keep", action="store_true", help="write it into the recording, so that whoever gets the folder starts with it"
+    )  # fmt: skip
     calibrate.add_argument(
-        "--swap",
-        action="store_true",
+        "--swap", action="store_true",
         help="first rename the folders left and right of every set into each other, for cameras named the wrong way round",
-    )
+    )  # fmt: skip
 
     detect = add(
-        "detect",
-        run_detect,
-        "Find the ball in pictures and videos.",
-        "detect data/bench/snaps/left/000.jpg --color red",
+        "detect", run_detect, "Find the ball in pictures and videos.", "detect data/bench/snaps/left/000.jpg --color red"
+    )  # fmt: skip
+    detect.description = (
+        f"{detect.description} Its centre is told in pixels, u to the right and v down from the middle of the top left pixel; "
+        "radius is the one that it would have in the middle of the picture."
     )
-    detect.add_argument("images", nargs="+", metavar="IMAGE")
+    detect.add_argument(
+        "images", nargs="+", metavar="IMAGE", help="a picture or a film, a pattern, or a folder of pictures"
+    )
     detect.add_argument(
         "--learn", action="store_true", help="let the surest balls of that colour mark themselves, and learn from them"
     )
@@ -69,15 +66,16 @@ def add_to(add: Add) -> None:
         metavar="CSV",
         help="learn the colour from balls that you marked, near and far: file,u,v,radius_px",
     )
-    detect.add_argument("--method", choices=("paper", "cone"), default="cone")
+    detect.add_argument(
+        "--method", choices=("paper", "cone"), default="cone",
+        help="the paper's circles, or the cone of rays that touch the ball (default: %(default)s)",
+    )  # fmt: skip
     add_json(detect)
 
     render = add(
-        "render",
-        run_render,
-        "Make a shipped recording again (needs the extra: render).",
+        "render", run_render, "Make a shipped recording again (needs the extra: render).",
         "render bench --out /tmp/bench --seed 7",
-    )
+    )  # fmt: skip
     render.add_argument(
         "name",
         metavar="NAME",
