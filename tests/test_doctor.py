@@ -631,6 +631,13 @@ def with_squares(recording, folder, times):
     return open_recording(spoilt.path)
 
 
+def test_squares_in_metres_beside_boards_alone_stop_everything(bench, tmp_path):
+    shutil.copytree(bench.path / "calibration", tmp_path / "mine" / "calibration")
+    shutil.copy(bench.path / "recording.json", tmp_path / "mine")
+    first = check_recording(with_squares(open_recording(tmp_path / "mine"), tmp_path / "told", 0.001)).findings[0]
+    assert (first.name, first.severity, first.does_mm) == ("square_unit", "stops", None)  # not 999000 mm
+
+
 @pytest.mark.parametrize("times", [0.98, 1.04])
 def test_of_squares_that_are_a_little_wrong_it_is_said_what_the_fit_makes_of_them(third_rig, tmp_path, times):
     """The localizer fits a scale: by the cameras alone a ball is centimetres off, on the bench hardly."""

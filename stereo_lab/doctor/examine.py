@@ -69,16 +69,18 @@ def check_recording(recording: Recording, progress: Progress | None = None) -> C
     if calibration is not None and clean is not None and not np.isfinite(clean):
         # cameras taken over from elsewhere: nobody tells how exact they are
         least = noise_mm(calibration, depth)
-    findings = [_weighed(finding, least) for finding in findings]
+    findings = [_weighed(finding, least, depth) for finding in findings]
     if all(finding.severity == NOTE for finding in findings):  # else the table is wrong, and not the plane
         findings += plane_told(recording)
     return Checkup(in_order(findings), clean, depth)
 
 
-def _weighed(finding, clean):
-    """With its severity, where its millimetres tell it."""
+def _weighed(finding, clean, depth):
+    """With its severity, where its millimetres tell it; those beyond the distance itself tell nothing."""
     if finding.does_mm is None or finding.severity != NOTE:
         return finding
+    if finding.does_mm > depth:
+        return replace(finding, does_mm=None, severity=STOPS)
     return replace(finding, severity=severity_of(finding.does_mm, clean))
 
 
