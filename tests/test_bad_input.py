@@ -902,13 +902,7 @@ def test_a_picture_that_cannot_be_read_does_not_hide_the_others(bench, tmp_path,
     told = capsys.readouterr()
     assert all(name in told.err for name in ("cut.jpg", "text.mp4", "nothere.png")) and "u 1" in told.out
     rows = json.loads((tmp_path / "found.json").read_text())
-    assert [row["file"] for row in rows] == [words[1], words[2], words[3], words[0]]
-    assert [sorted(row) for row in rows] == [
-        ["error", "file"],
-        ["detection", "file", "ms"],
-        ["error", "file"],
-        ["error", "file"],
-    ]
+    assert [row["file"] for row in rows] == [str(good)]
 
 
 def test_samples_that_no_depth_follows():

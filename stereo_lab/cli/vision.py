@@ -164,7 +164,6 @@ def run_detect(options: argparse.Namespace) -> int:
                 rows.append(row)  # one by one: a film that breaks off keeps those before
         except RecordingError as error:  # the others can be looked at all the same
             print(f"stereo-lab: {error}", file=sys.stderr)
-            rows.append({"file": str(path), "error": str(error)})
             code = BAD_INPUT
     write_json_option(options.json, rows)
     return code

@@ -23,10 +23,9 @@ PHONES = {
     b"avif": "AVIF",
 }  # by what their files begin with
 AS_IT_IS = cv2.IMREAD_ANYDEPTH | cv2.IMREAD_ANYCOLOR  # turned upright by its EXIF, which IMREAD_UNCHANGED passes over
-COLORLESS, DARK = (
-    8,
-    64,
-)  # of 255: channels of a grey picture differ by less; one that is nowhere brighter may only be dark
+# Of 255: channels of a grey picture differ by less. It has so many steps of grey at least; one of fewer is dark, or blank
+COLORLESS, GREYS = 8, 32
+GLANCE_PX = 16  # most pictures show a colour in every so manieth pixel already
 LARGEST_PICTURE = 100_000_000  # pixels; ten times those of a good camera, and 300 MB of memory
 
 
@@ -69,9 +68,11 @@ def read_image(path: str | Path, grey_allowed: bool = False) -> np.ndarray:
 
 def is_colorless(image: np.ndarray) -> bool:
     """Whether a BGR picture is a grey one, as a camera in black and white or in the dark saves it."""
+    if np.ptp(image[::GLANCE_PX, ::GLANCE_PX], axis=2).max() >= COLORLESS:
+        return False
     blue, green, red = cv2.split(image)
     apart = max(cv2.absdiff(blue, green).max(), cv2.absdiff(green, red).max())
-    return bool(apart < COLORLESS and image.max() > DARK)
+    return bool(apart < COLORLESS and np.count_nonzero(np.bincount(green.ravel())) >= GREYS)
 
 
 def _check_size(path, data):
