@@ -413,7 +413,8 @@ def test_each_joint_has_its_own_supply(arm):
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
-    ((1, float("nan"), 0.1), "Volts of a push"), ((1, 2.0, float("inf")), "Seconds of a push"), ((1, "much", 0.1), "got 'much'"),
+    ((1, float("nan"), 0.1), "Nothing was sent"), ((1, 2.0, float("inf")), "seconds"), ((1, 2.0, float("nan")), "seconds"),
+    ((1, "much", 0.1), "got 'much'"),
     ((3, 2.0, 0.1), "joint 1 or 2"), ((1.0, 2.0, 0.1), "joint 1 or 2"),
 ])  # fmt: skip
 def test_bad_pushes_are_refused_before_anything_is_sent(arm, arguments, words):

@@ -6,7 +6,7 @@ import atexit
 import logging
 import math
 import weakref
-from numbers import Integral
+from numbers import Integral, Real
 
 import serial
 
@@ -309,9 +309,11 @@ class Arm:
         """
         _must_be_joint(joint)
         self._must_have_plain_motors()
-        volts, seconds = finite_number(volts, "Volts of a push"), finite_number(seconds, "Seconds of a push")
+        for what, value in (("volts", volts), ("seconds", seconds)):
+            if not isinstance(value, Real):
+                raise StereoLabError(f"Expected the {what} of a push as a number, got {value!r}.")
         supply = self.supply_v[joint - 1]
-        if abs(volts) > supply:
+        if not abs(volts) <= supply:  # refuses NaN as well
             raise UnreachableTargetError(f"The supply has {supply:g} V; {volts:g} V were asked for. Nothing was sent.")
         if not 0.001 <= seconds <= 2:
             raise UnreachableTargetError(f"A push lasts 0.001 to 2 seconds; {seconds:g} were asked for.")
