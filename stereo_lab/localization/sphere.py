@@ -16,7 +16,8 @@ from stereo_lab.detection import Detection
 from stereo_lab.detection.cone import LIMIT, LIMIT_PX, SCATTERED, Cone, spread_px, tukey
 from stereo_lab.detection.detector import unsure
 
-# So much of each rim on its cone, and each centre known to this part of the radius (on plain grounds it is to half of that): the ball that fits both has the cones' disparity to 0.01 px
+# So much of each rim on its cone, and each centre known to this part of the radius, to half of which it is on plain grounds: the
+# ball that fits both has the cones' disparity to 0.01 px
 CLEAN, KNOWN = 0.9, 0.006
 SIZE_SIGMA_PX = 0.12  # blur and sharpening move the rim: so much may the ball's radius differ between the pictures
 CONTRADICT = 2.0  # squared, in standard deviations, two of them free: of cones without a fault one pair in three
