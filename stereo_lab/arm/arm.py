@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import atexit
 import logging
-import math
 import weakref
 from numbers import Integral, Real
 
@@ -276,7 +275,7 @@ class Arm:
         """Set a parameter of a joint; a limit is rounded inwards to the thousandth of a degree that the controller tells."""
         value = finite_number(value, f"Joint {joint}, {name}")
         if name in ("lo", "hi"):
-            value = (math.floor if name == "hi" else math.ceil)(round(1000 * value, 3)) / 1000
+            value = wire.inwards(name, value)
         self.command(f"SET {joint} {name} {_decimal(value)}")
         if name in ("lo", "hi", "supply"):
             self._read_bounds()

@@ -6,6 +6,7 @@ It is specified in ``stereo_lab/firmware/PROTOCOL.md``.
 from __future__ import annotations
 
 import binascii
+import math
 import re
 from dataclasses import dataclass
 
@@ -236,6 +237,11 @@ REPLY = re.compile(r"(ok|err)(?: N(\d{1,4}))?(?: (.*))?")
 EVENT = re.compile(r"!([a-z]+)(?: ([12]) (-?\d+\.\d+))?")
 PAIR = r"(-?[\d.]+),(-?[\d.]+)"
 STATUS = re.compile(rf"<([a-z]+) t=(\d+) h=([0-3]) f=(-|[sr][12]|[we]) p={PAIR} v={PAIR} lost=(\d+) drop=(\d+)>")
+
+
+def inwards(name: str, limit_deg: float) -> float:
+    """A limit, "lo" or "hi", to the thousandth of a degree that a controller tells, and never beyond what was meant."""
+    return (math.floor if name == "hi" else math.ceil)(round(1000 * limit_deg, 3)) / 1000
 
 
 def decode_answer(line: str) -> Reply | Event | Status | None:

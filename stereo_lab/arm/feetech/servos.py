@@ -6,7 +6,6 @@ tells of itself is watched. It has no watchdog: when this program is gone, it ho
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 
 import serial
@@ -97,11 +96,9 @@ class ServoController:
     def _joint(self, id):
         table = self.bus.read(id, LIMITS, 4).data
         low, high = (packets.number(table[k : k + 2]) for k in (0, 2))
-        inwards = (
-            math.ceil((low - MIDDLE) * STEP_DEG * 1000) / 1000,
-            math.floor((high - MIDDLE) * STEP_DEG * 1000) / 1000,
-        )
-        range_deg = inwards if high > low else (-175.0, 175.0)
+        range_deg = (-175.0, 175.0)
+        if high > low:
+            range_deg = wire.inwards("lo", (low - MIDDLE) * STEP_DEG), wire.inwards("hi", (high - MIDDLE) * STEP_DEG)
         return ServoJoint(id, range_deg, self.bus.read(id, 62, 1).data[0] / 10)
 
     # What the host's lines do
