@@ -47,7 +47,7 @@ BOUNDS = (
     (rf"\b{A_LITTLE}(more\s+than|over|above)\s+(?=[-−.\d]|half\s)|,?\s+and\s+(an?\s+)?((little\s+)?bit|little|more)(\s+more)?$", 1),
     (rf"\b({A_LITTLE}(less\s+than|under|below)|almost)\s+(?=[-−.\d]|half\s)", -1),
 )  # fmt: skip
-# "twenty-four and a half", "24 point 5", "24 1/2"
+# "twenty-four", "24 1/2"
 TENS_AND_ONES = re.compile(rf"\b({'|'.join(TENS)})[\s-]({'|'.join(NAMES[1:10])})\b")
 FRACTION = re.compile(r"(?<![\d./])(?:(\d+)\s+)?([1-9])\s?/\s?([2-9]|10)(?![\d/])")
 A_SECOND = re.compile(r"\s*(/|\b(per|in|within|an?|each|every)\b)\s*(1|one)?\s*(s|sec|seconds?)\b|\bs(\^-1|⁻¹)")
@@ -70,9 +70,8 @@ UNITS = {
     **dict.fromkeys(("arcmin", "arcminutes"), ("degrees", 1 / 60)), **dict.fromkeys(("arcsec", "arcseconds"), ("degrees", 1 / 3600)),
     **dict.fromkeys(("gon", "grad"), ("degrees", 0.9)),
 }  # fmt: skip
-THINGS = re.compile(
-    rf"{NUMBER.pattern}\s*(pairs?|pictures?|frames?|boards?|steps?|edges?)\b"
-)  # counted, and no measure
+# What is counted, and is no measure
+THINGS = re.compile(rf"{NUMBER.pattern}\s*(pairs?|pictures?|frames?|boards?|steps?|edges?)\b")
 # What may stand beside the numbers of a board's columns and rows
 ACROSS = ("across", "columns", "column", "wide", "horizontal", "horizontally", "left")
 DOWN = ("down", "rows", "row", "high", "vertical", "vertically", "top")
@@ -114,7 +113,8 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
     if unit == "times":
         plain = re.sub(r"^(just )?(as large|the same|same|equal|unchanged)( as .*)?$", "1", plain)
     plain = re.sub(r"[a-z]+", lambda word: IN_WORDS.get(word[0], word[0]), plain)
-    plain = re.sub(r"(?<=\d)\s+point\s+(?=\d)", ".", re.sub(r"(?<=\d)\s+and\s+(?:a|1)\s+0\.5\b", ".5", plain))
+    plain = re.sub(r"(?<=\d)\s+and\s+(?:a|1)\s+0\.5\b", ".5", plain)  # 24 and a half
+    plain = re.sub(r"(?<=\d)\s+point\s+(?=\d)", ".", plain)
     plain = re.sub(r"\b(minus|negative)\s+(?=\d)|^[-–]\s*\(?\s*(?=\d)", "-", plain)
     if (NO_NUMBERS if count == 1 else NO_NUMBERS - {"and"}) & set(re.findall(r"[a-z]+", plain)):
         return _no_number(plain, count)
