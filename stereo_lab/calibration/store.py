@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from dataclasses import asdict, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from stereo_lab.calibration.solver import SOLVER
 from stereo_lab.common.files import read_bytes, typed, user_folder
 from stereo_lab.errors import CalibrationError, RecordingError, StereoLabError, SwappedSidesError
 from stereo_lab.recording import Recording, open_recording
+from stereo_lab.recording.model import must_be_recording
 from stereo_lab.recording.strays import told_of_strays
 
 BESIDE = "calibration.json"  # beside the sets of a recording
@@ -120,8 +120,7 @@ def boards_of(recording: Recording) -> Recording:
     RecordingError
         If ``calibrated_by`` leads to none.
     """
-    if isinstance(recording, str | Path):
-        raise StereoLabError(f"Expected a recording, as open_recording gives it; got {str(recording)!r}.")
+    must_be_recording(recording)
     passed = [recording.name]
     while recording.calibrated_by:
         name = recording.calibrated_by

@@ -11,7 +11,6 @@ depth_mm = mine("04.3", recording)    # in a later lesson
 from __future__ import annotations
 
 from importlib import import_module
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stereo_lab.errors import StereoLabError
@@ -19,6 +18,7 @@ from stereo_lab.exercises.blank import ____
 from stereo_lab.exercises.sitting import catch_up
 from stereo_lab.exercises.stops import explain_stops
 from stereo_lab.recording import open_recording
+from stereo_lab.recording.model import must_be_recording
 from stereo_lab.recording.needs import BALL, BOARDS, lacks
 
 if TYPE_CHECKING:  # a lesson is loaded when its questions are asked for
@@ -53,8 +53,7 @@ def questions(lesson: str, recording: Recording, **seen: Any) -> tuple[Question,
     name = str(lesson).zfill(2)
     if name not in LESSONS:
         raise StereoLabError(f"There are no questions for lesson {lesson!r}. Lessons: {', '.join(LESSONS)}.")
-    if isinstance(recording, str | Path):
-        raise StereoLabError(f"Expected a recording, as open_recording gives it; got {str(recording)!r}.")
+    must_be_recording(recording)
     explain_stops()
     asked = import_module(f"stereo_lab.exercises.lesson{name}").questions(recording, **seen)
     if recording.seat is None:

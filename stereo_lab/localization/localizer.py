@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from stereo_lab.localization.doubt import FAR_OFF
 from stereo_lab.localization.ours import ConeWay
 from stereo_lab.localization.paper import PaperWay
 from stereo_lab.recording import Position, Recording, Sample
+from stereo_lab.recording.model import must_be_recording
 
 WAYS: dict[str, type[ConeWay] | type[PaperWay]] = {"cone": ConeWay, "paper": PaperWay}
 NAMED = 5  # samples in a sentence
@@ -73,8 +73,7 @@ class Localizer:
         StereoLabError
             If the ball is not found in enough samples.
         """
-        if isinstance(recording, str | Path):
-            raise StereoLabError(f"Expected a recording, as open_recording gives it; got {str(recording)!r}.")
+        must_be_recording(recording)
         if method not in WAYS:
             raise StereoLabError(f'There is no method {method!r}. Choose "cone" or "paper".')
         calibration = calibration or calibrate_recording(recording)
@@ -90,6 +89,13 @@ class Localizer:
         return [sentence for sentence in (self.way.color_told, self.way.squares_told) if sentence]
 
     @property
+    def stand_ins_told(self) -> str:
+        """That samples to check on had to be fitted on, which therefore judge nothing; empty where none had to be."""
+        names = first_of(self.way.stand_ins)
+        said = "The paper's way finds the ball in too few samples to fit on. Samples to check on stand in, and judge nothing"
+        return f"{said}: {names}." if names else ""
+
+    @property
     def doubts(self) -> list[str]:
         """What speaks against the samples that this was fitted on, in plain sentences; none where they agree."""
         count, said = len(self.residuals_mm) + len(self.missed), []
@@ -98,11 +104,8 @@ class Localizer:
                 f"In {len(self.missed)} of {count} measured pairs the two cameras show no ball in one place, and they are left out of "
                 f"the fit: {first_of(self.missed)}."
             )
-        if self.way.stand_ins:
-            said.append(
-                "Too few of the samples to fit on are left, so samples to check on stand in, and can judge nothing: "
-                f"{first_of(self.way.stand_ins)}."
-            )
+        if self.stand_ins_told:
+            said.append(self.stand_ins_told)
         if self.unlike:
             said.append(
                 f"The measured samples contradict each other, {len(self.unlike)} of {count} by more than {FAR_OFF:.0f} times what cameras "

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from stereo_lab.common.files import natural_key
 from stereo_lab.common.spreadsheets import read_table
-from stereo_lab.errors import RecordingError
+from stereo_lab.errors import RecordingError, StereoLabError
 from stereo_lab.kinematics import Registration, TwoLinkArm
 from stereo_lab.recording.bounds import place_mm, plain_name
 from stereo_lab.recording.pictures import PICTURES, without_ending
@@ -20,6 +20,17 @@ SHARED_OUT = ("position", "depth")  # sets that are fitted to; every line of the
 PUT_BACK = "Put it back, or take its other half away: that of the same moment, which need not be the last one."
 THOUSANDS = re.compile(r"\d{1,3}\.\d{3}")
 USES = {**dict.fromkeys(SHARED_OUT, ("fit", "check")), "evaluation": ("plane", "volume")}
+
+
+def must_be_recording(recording: object) -> None:
+    """Refuse the name or the path of a recording where an opened one is asked for.
+
+    Raises
+    ------
+    StereoLabError
+    """
+    if isinstance(recording, str | Path):
+        raise StereoLabError(f"Expected a recording, as open_recording gives it; got {str(recording)!r}.")
 
 
 @dataclass(frozen=True)

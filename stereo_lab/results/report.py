@@ -113,10 +113,8 @@ def _doubts(results, unlike):
     said = []
     if "cone" in results.localizers:
         said += results.localizers["cone"].doubts
-    if "paper" in results.localizers and (stand_ins := results.localizers["paper"].way.stand_ins):
-        said.append(
-            f"The paper's way finds the ball in too few samples to fit on. Samples to check on stand in, and judge nothing: {first_of(stand_ins)}."
-        )
+    if "paper" in results.localizers and (told := results.localizers["paper"].stand_ins_told):
+        said.append(told)
     lost = [s.pair.full_name for s, place in results.found.get("paper", []) if place is None]
     if lost:
         said.append(
