@@ -41,7 +41,7 @@ from stereo_lab.exercises import LESSONS, ____, questions
 from stereo_lab.exercises.answers import NOT_ATTEMPTED, NOT_YET, PASS, Function, Number, judge
 from stereo_lab.exercises.draws import with_fresh_inputs
 from stereo_lab.recording import Position, open_recording
-from tests.classes import BROKEN, LESSON, add, answered, asked, kit, right, stub, without
+from tests.classes import BROKEN, LESSON, STEM, add, answered, asked, kit, right, stub, without
 
 
 @pytest.fixture(scope="module", params=LESSONS)
@@ -227,6 +227,35 @@ def test_a_class_one_folder_deeper_is_a_class(tmp_path):
     assert {paper.learners for paper in papers_in(tmp_path / "own")} == {("ada",)}
 
 
+@pytest.mark.parametrize(
+    ("files", "learners"),
+    [
+        (("10a/ada/S", "10a/bob/S", "10b/ada/S", "10b/dua/S"), ("10a/ada", "10a/bob", "10b/ada", "10b/dua")),
+        (("10a/ada/S", "10a/bob/S", "10b/cem/S", "10b/S", "10b/03_owl-1_2026-10-05_12-00-00"), ("10a/ada", "10a/bob", "10b/cem", "10b", "owl-1")),
+        (("10b/S_ada", "10b/S_bob", "10b/S_cem"), ("ada", "bob", "cem")),
+        (("10b/ada/S", "10b/bob/S", "cem_03"), ("ada", "bob", "cem")),
+        (("ada/old/S", "ada/new/S", "ben/S", "cy/S_cy"), ("ada", "ada", "ben", "cy")),
+        (("ada 1/S_ada", "ada 1/S_ada_better", "ben 2/S_ben", "cy 3/S_cy"), ("ada 1", "ada 1", "ben 2", "cy 3")),
+        (("ada/S", "ada/S_2026-11-01_10-00", "ada/S-Copy1"), ("ada", "ada", "ada")),
+        (("S_ada", "S_ada_2026-11-01_10-00", "S_2026-11-01_10-00"), ("ada", "ada", STEM)),  # kept by `reset`
+    ],
+)  # fmt: skip
+def test_each_learner_of_each_class_has_a_row(tmp_path, files, learners):
+    for k, name in enumerate(files):
+        put(tmp_path, f"{name.replace('S', STEM)}.ipynb", {**kit(), "k": k})
+    found = {paper.file: paper.learners for paper in papers_in(tmp_path)}
+    assert [found[f"{name.replace('S', STEM)}.ipynb"] for name in files] == [(learner,) for learner in learners]
+
+
+def test_where_only_folders_count_no_learner_takes_anothers_name(tmp_path):
+    for name in ("10b/S_ada", "10b/S_bob"):
+        put(tmp_path / "one", f"{name.replace('S', STEM)}.ipynb", kit())
+    for name in ("bob/S", "eve/bob/S", "eve/x/S"):
+        put(tmp_path / "two", f"{name.replace('S', STEM)}.ipynb", kit())
+    assert {paper.learners for paper in papers_in(tmp_path / "one", by_folder=True)} == {("10b",)}
+    assert {paper.learners for paper in papers_in(tmp_path / "two", by_folder=True)} == {("bob",), ("eve",)}
+
+
 def test_what_a_mac_lays_beside_files_is_nobodys_work(tmp_path):
     for name in (
         "ada/03_world_coordinates.ipynb",
@@ -250,6 +279,14 @@ def test_a_handed_in_file_that_is_cut_off_still_tells_whose_it_is(tmp_path):
     (tmp_path / "03_calm-owl-2_brave-fox-77_2026-10-05_12-00-00.ipynb").write_text('{"cells": [')
     (paper,) = papers_in(tmp_path)
     assert paper.learners == ("calm-owl-2", "brave-fox-77") and paper.lesson == "03" and paper.trouble
+
+
+def test_an_older_file_that_is_cut_off_hides_no_newer_one(tmp_path):
+    """A copy of a file has the date of its copying; its name has the time of handing in."""
+    put(tmp_path, "03_calm-owl-2_2026-10-05_11-00-00.ipynb", kit())
+    put(tmp_path, "03_calm-owl-2_2026-10-05_10-00-00.ipynb", b'{"cells": [')
+    newest, older = latest(papers_in(tmp_path))["calm-owl-2", "03"]
+    assert newest.handed_in == "2026-10-05 11:00:00" and not newest.trouble and older.trouble
 
 
 def test_the_questions_tell_the_lesson_before_a_number_in_the_name(tmp_path):

@@ -10,12 +10,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from stereo_lab.classroom.whose import by_folders, by_name, when_by_name
 from stereo_lab.classroom.wire import legible
 from stereo_lab.common.files import read_bytes
 from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises import LESSONS
 from stereo_lab.exercises.seats import reworded
-from stereo_lab.recording.places import course
 from stereo_lab.work import KEPT_BESIDE, KEY, find
 
 LARGEST = 60_000_000  # bytes; with all its figures a lesson has a tenth
@@ -23,9 +23,6 @@ MOST_CELLS = 1_000
 LAST_SEAT = 9_999
 LONGEST_WORDS = 5_000  # letters of what a learner wrote between the cells
 WHEN = "%Y-%m-%d %H:%M:%S"
-HANDED_IN = re.compile(r"_\d{4}-\d\d-\d\d_\d\d-\d\d-\d\d$")  # the end of the name of a file of hand-in
-# What systems and browsers add to the name of a second file: "02_detection_ada (1)", "02_detection_ada - Kopie", "Copy of …"
-COPY = re.compile(r"^(Copy of|Kopie von|Copie de) |( - (Copy|Kopie|Copie)|-Copy\d+)?( ?\(\d+\))?$")
 MOST_TOGETHER = 8  # learners of one notebook
 PACKED = (".zip", ".7z", ".rar", ".gz", ".tar")
 
@@ -96,8 +93,8 @@ def papers_in(folder: Path, by_folder: bool = False) -> list[Paper]:
     )
     if not files:
         raise StereoLabError(f"There is no notebook (.ipynb) in {folder}. Collect what was handed in there first.")
-    top = _top(files, folder)
-    return [read_paper(path, folder, top, by_folder) for path in files]
+    learners = by_folders(files, folder, by_folder)
+    return [read_paper(path, folder, learners.get(path, ""), by_folder) for path in files]
 
 
 def not_looked_at(folder: Path) -> list[str]:
@@ -115,24 +112,17 @@ def _left_by_a_system(path):
     return path.name.startswith("._") or bool({".ipynb_checkpoints", "__MACOSX"} & set(path.parts))
 
 
-def _top(files, folder):
-    """The folder whose folders are the learners': below a single one that holds the whole class, home/ada, home/bob, too."""
-    parts = [path.relative_to(folder).parts for path in files]
-    if len({own[0] for own in parts}) > 1 or min(map(len, parts)) < 3:
-        return folder
-    below = {own[1] for own in parts}
-    twice = len({own[-1] for own in parts}) < len(parts)  # the same lesson in several of them: they are learners
-    return _top(files, folder / parts[0][0]) if len(below) > 1 and twice else folder
-
-
-def read_paper(path: Path, folder: Path, top: Path | None = None, by_folder: bool = False) -> Paper:
-    """One notebook; where it cannot be read, a paper that says why. ``top``: whose folders are the learners', if not ``folder``."""
+def read_paper(path: Path, folder: Path, learner: str = "", by_folder: bool = False) -> Paper:
+    """One notebook; where it cannot be read, a paper that says why. ``learner``: what the folders call whoever wrote it."""
     file = legible(path.relative_to(folder).as_posix())
-    lesson, learners = _by_name(path, top or folder)
+    learner = learner or by_folders([path], folder, by_folder).get(path, "")
+    lesson, learners = by_name(path, learner=learner)
     if path.is_symlink():  # in a zip file may be links, to the work of others or to files of the teacher's
         return Paper(file, learners, lesson, "", trouble="it is a link to another file, and none is followed")
     try:
         when = time.strftime(WHEN, time.localtime(path.stat().st_mtime))
+        if not by_folder and _may_be(named := when_by_name(path)):  # a copy has the date of its copying
+            when = named
         content = read_bytes(path, LARGEST)
     except (StereoLabError, OSError) as error:
         return Paper(file, learners, lesson, "", trouble=legible(str(error)))
@@ -147,7 +137,7 @@ def read_paper(path: Path, folder: Path, top: Path | None = None, by_folder: boo
         told = {key: what for key, what in told.items() if key not in ("learners", "handed_in")}
     asked = _by_code(cells)
     if asked and asked != lesson and "lesson" not in told:
-        lesson, learners = _by_name(path, top or folder, asked)
+        lesson, learners = by_name(path, asked, learner)
     lesson = told.get("lesson") or lesson
     trouble = (
         "" if lesson else f"it cannot be told which lesson this is. Begin its name with {LESSONS[0]}_ to {LESSONS[-1]}_"
@@ -231,26 +221,6 @@ def _cell(cell):
 def _lies_in(cell, lines):
     """Whether all lines of a cell stand somewhere, as after merging it with another."""
     return all(line.strip() in lines for line in cell.source.splitlines() if line.strip())
-
-
-def _by_name(path, folder, lesson=""):
-    """Lesson and learners as folders and files are named: ada/03_world.ipynb, 03_world_ada.ipynb, ada-03.ipynb.
-
-    A file of ``hand-in`` that cannot be read any more still tells them: 03_ada_bob_2026-10-05_12-00-00.ipynb.
-    """
-    stem = COPY.sub("", path.stem)
-    rest = HANDED_IN.sub("", stem)
-    found = re.search(r"(?<!\d)(\d\d)(?!\d)", rest)
-    lesson = lesson or (found.group(1) if found and found.group(1) in LESSONS else "")
-    if path.parent != folder:
-        return lesson, (legible(path.relative_to(folder).parts[0]),)
-    if lesson:
-        for kits in (course() / "notebooks").glob(f"{lesson}_*.ipynb"):
-            rest = rest.replace(kits.stem, "")
-        if found and found.group(1) == lesson:
-            rest = re.sub(rf"^{lesson}[_-]|[_-]{lesson}$", "", rest)
-    names = rest.strip(" _-").split("_") if HANDED_IN.search(stem) else [rest.strip(" _-")]
-    return lesson, tuple(legible(name) for name in names if name) or (legible(path.stem),)
 
 
 def _by_code(cells):
