@@ -98,6 +98,28 @@ def test_the_recording_of_another_seat_stays_whole(school, tmp_path):
     assert unpack(tmp_path / "ada.zip", home).kept == []
 
 
+def test_a_pack_brings_no_other_code_name_and_forgets_no_help(school, tmp_path, monkeypatch, capsys):
+    home = tmp_path / "home"
+    lay_out(ROOT / "notebooks", home)
+    for folder, name, taken in (
+        (school, "calm-owl-128", {"00": {"1": {"hint": 2}, "2": {"solution": 1}}, "03": 7}),
+        (home, "brave-fox-77", {"00": {"1": {"hint": 1, "solution": 1}}, "05": {"3": {"hint": 3}}}),
+    ):
+        write(folder / "code_name.json", json.dumps({"code_name": name}))
+        write(folder / "help.json", json.dumps(taken))
+    pack(school, tmp_path / "ada.zip")
+    monkeypatch.setenv("STEREO_LAB_WORK", str(home))
+    assert main(["unpack", str(tmp_path / "ada.zip")]) == 0
+    said = capsys.readouterr().out
+    assert "stays brave-fox-77; that of the pack is calm-owl-128" in said and "json was different" not in said
+    assert json.loads(read(home / "code_name.json")) == {"code_name": "brave-fox-77"}
+    assert json.loads(read(home / "help.json")) == {
+        "00": {"1": {"hint": 2, "solution": 1}, "2": {"solution": 1}}, "05": {"3": {"hint": 3}},
+    }  # fmt: skip
+    assert unpack(tmp_path / "ada.zip", tmp_path / "new").code_names == []  # where there is none it comes along
+    assert read(tmp_path / "new" / "code_name.json") == read(school / "code_name.json")
+
+
 def test_an_untouched_copy_makes_room(school, tmp_path):
     lay_out(ROOT / "notebooks", tmp_path / "home")
     pack(school, tmp_path / "ada.zip")

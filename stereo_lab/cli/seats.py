@@ -97,6 +97,11 @@ def run_unpack(options: argparse.Namespace) -> int:
         print(f"{name} was different here; what you had is now {kept}.")
     for name in done.left:
         print(f"{name} stays as it is here: nothing was done in the one that was packed.")
+    if done.code_names:
+        here, packed = done.code_names
+        print(
+            f"The code name here stays {here}; that of the pack is {packed}. Whose work is it? See that --name is right."
+        )
     return OK
 
 

@@ -10,13 +10,16 @@ import shutil
 import time
 import zipfile
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
+from typing import Any
 
+from stereo_lab.classroom.handing import FILE as CODE_NAME
+from stereo_lab.classroom.wire import legible
 from stereo_lab.common.files import check_format, check_plain, read_bytes, why_not_written, write_json, write_whole
 from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises.progress import FILE as PROGRESS
-from stereo_lab.exercises.progress import merged
+from stereo_lab.exercises.progress import HELP, merged
 from stereo_lab.work import MARK, SEAT, as_copies, copies_of, digest_of, keep_beside, mark
 
 LARGEST = 2_000_000_000  # bytes, unpacked: fifty recordings of one's own
@@ -39,11 +42,13 @@ class Unpacked:
     brought : list of str, files that are now as in the pack
     kept : list of (str, str), a file that lay there and was different, and the name that it has now
     left : list of str, files that were changed here and not there: they stay
+    code_names : list of str, where they differ: the one that work is handed in under here, which stays, and that of the pack
     """
 
     brought: list[str]
     kept: list[tuple[str, str]]
     left: list[str]
+    code_names: list[str] = field(default_factory=list)
 
 
 def pack(folder: Path, out: Path) -> tuple[int, list[str]]:
@@ -122,7 +127,8 @@ def unpack(packed: Path, folder: Path) -> Unpacked:
     """Bring what :func:`pack` wrote into a learner's folder.
 
     A file that lies there and is different is renamed, so that the time stands in its name, and so is the folder of another
-    seat; a copy in which nobody has worked yet makes room. Which questions are passed is put together. Nothing is written before all of the pack was read.
+    seat; a copy in which nobody has worked yet makes room. Which questions are passed, and with
+    which help, is put together. A code name stays: under another one, work would be handed in as somebody else's. Nothing is written before all of the pack was read.
 
     Parameters
     ----------
@@ -198,8 +204,12 @@ def _bring(file, names, there, folder):
         content, target = file.read(name), folder / name
         if name == MARK:
             continue
-        if name == PROGRESS and target.exists():
-            write_json(target, merged(_progress(read_bytes(target)), _progress(content)))
+        if name in TOGETHER and target.exists():
+            write_json(target, TOGETHER[name](_known(read_bytes(target)), _known(content)))
+            continue
+        if name == CODE_NAME and target.exists():
+            names = [legible(str(_known(told).get("code_name")), 40) for told in (read_bytes(target), content)]
+            done.code_names.extend(names if names[0] != names[1] else [])
             continue
         if target.exists():
             had = digest_of(read_bytes(target))
@@ -222,9 +232,30 @@ def _is_of_another_seat(file, names, folder):
     return name in names and (folder / name).is_file() and read_bytes(folder / name) != file.read(name)
 
 
-def _progress(content):
+def _known(content):
     try:
         known = json.loads(content)
     except ValueError:
         return {}
     return known if isinstance(known, dict) else {}
+
+
+def _most_help(*known: dict[str, Any]) -> dict[str, Any]:
+    """Of each hint and solution the larger count; what is no count is left out."""
+    most: dict[str, Any] = {}
+    for lesson, number, what, times in (entry for each in known for entry in _counts(each)):
+        used = most.setdefault(lesson, {}).setdefault(number, {})
+        used[what] = max(used.get(what, 0), times)
+    return most
+
+
+def _counts(known, *names):
+    """The counts in a file of help, each behind its lesson, its question and what it counts."""
+    for name, told in known.items():
+        if len(names) < 2 and isinstance(told, dict):
+            yield from _counts(told, *names, name)
+        elif len(names) == 2 and type(told) is int:
+            yield (*names, name, told)
+
+
+TOGETHER = {PROGRESS: merged, HELP: _most_help}  # files of two folders of which one is made
