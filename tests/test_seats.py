@@ -2,6 +2,8 @@
 
 import json
 import re
+from contextlib import nullcontext
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,9 +12,9 @@ from conftest import ROOT
 from stereo_lab.calibration import calibrate_recording
 from stereo_lab.classroom.grading import grade, solved
 from stereo_lab.classroom.handing import hand_in
-from stereo_lab.classroom.papers import kit_cells
+from stereo_lab.classroom.papers import kit_cells, papers_in
 from stereo_lab.classroom.variants import make_variant
-from stereo_lab.cli import main
+from stereo_lab.cli import course, main
 from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises import questions
 from stereo_lab.exercises.answers import PASS, Function, judge
@@ -102,8 +104,19 @@ def test_the_numbers_of_a_lesson_are_those_of_its_questions():
 def test_a_learners_lessons_have_the_seats_numbers(tmp_path, monkeypatch, capsys):
     work = tmp_path / "work"
     monkeypatch.setenv("STEREO_LAB_WORK", str(work))
-    assert main(["variant", "7"]) == 0 and "seat 7" in capsys.readouterr().out
     lay_out(NOTEBOOKS, work)
+    begun = work / "06_driving_the_arm.ipynb"
+    begun.write_text(begun.read_text(encoding="utf-8").replace("____  ", "-30  "), encoding="utf-8")
+    assert main(["variant", "7"]) == 0
+    said = capsys.readouterr().out
+    assert "seat 7" in said and f"{begun.name} is begun" in said and "reset 06" in said and "02_" not in said
+    monkeypatch.setattr(course, "_jupyterlab", lambda *_: nullcontext(SimpleNamespace(wait=lambda: 0)))
+    assert main(["start"]) == 0
+    said = capsys.readouterr().out
+    assert f"{begun.name} has other numbers" in said and "The kit has a newer" not in said
+    for lesson, seat in (("06", None), ("02", 7)):  # each with the numbers that stand in it
+        hand_in(NOTEBOOKS, work, lesson, tmp_path / lesson)
+        assert papers_in(tmp_path / lesson)[0].seat == seat
     text = "".join(json.loads((work / "02_detection.ipynb").read_text(encoding="utf-8"))["cells"][4]["source"])
     assert f"pixel = {numbers(7).pixel_bgr}" in text
     assert main(["variant", "8"]) == 2 and "seat 7 is in" in capsys.readouterr().err

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from stereo_lab.classroom.papers import MOST_TOGETHER, WHEN
-from stereo_lab.common.files import read_json, read_text, write_json, write_whole
+from stereo_lab.common.files import read_bytes, read_json, read_text, write_json, write_whole
 from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises.progress import help_taken
-from stereo_lab.work import KEY, MARK, clean, find, seat_of
+from stereo_lab.work import KEY, MARK, clean, copies_of, digest_of, find
 
 FILE = "code_name.json"
 LONGEST_NAMES = 120  # letters, of all names in that of a file
@@ -98,7 +98,7 @@ def hand_in(
     now = time.localtime()
     told: dict[str, Any] = {"lesson": number, "learners": list(names), "handed_in": time.strftime(WHEN, now)}
     told["help"] = help_taken(folder).get(number, {})
-    told["seat"] = seat_of(folder)
+    told["seat"] = _seat(content)
     content["metadata"] = {"kernelspec": content["metadata"].get("kernelspec", {}), KEY: told}
     whose = "_".join(names) if sum(map(len, names)) < LONGEST_NAMES else f"{names[0]}_and-{len(names) - 1}-more"
     path = out / f"{number}_{whose}_{time.strftime('%Y-%m-%d_%H-%M-%S', now)}.ipynb"
@@ -106,6 +106,30 @@ def hand_in(
     code = [cell["source"] for cell in content["cells"] if cell["cell_type"] == "code" and ".check(" in cell["source"]]
     saved = time.strftime("%Y-%m-%d %H:%M", time.localtime(source.stat().st_mtime))
     return HandedIn(path, names, saved, sum("____" not in lines for lines in code), len(code))
+
+
+def seat_of_lesson(path: Path) -> int | None:
+    """The seat whose numbers stand in a notebook; None where it has those of the class, or cannot be read.
+
+    One that was begun before its folder got a seat keeps the numbers that it had.
+    """
+    try:
+        return _seat(_content(path))
+    except StereoLabError:
+        return None
+
+
+def begun(folder: Path) -> list[str]:
+    """The lessons of a work folder in which somebody has worked, by the names of their notebooks."""
+    copies = copies_of(folder).items()
+    notebooks = [(folder / name, digest) for name, digest in sorted(copies) if name.endswith(".ipynb")]
+    return [path.name for path, digest in notebooks if path.is_file() and digest_of(read_bytes(path)) != digest]
+
+
+def _seat(content):
+    told = content["metadata"].get(KEY)
+    seat = told.get("seat") if isinstance(told, dict) else None
+    return seat if type(seat) is int else None
 
 
 def _content(source):

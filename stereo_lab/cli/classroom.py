@@ -75,6 +75,7 @@ def run_hand_in(options: argparse.Namespace) -> int:
 
 def run_variant(options: argparse.Namespace) -> int:
     """Make the recording of one seat. The exit code is OK."""
+    from stereo_lab.classroom.handing import begun
     from stereo_lab.classroom.variants import make_variant
     from stereo_lab.cli.course import work_folder
     from stereo_lab.cli.terminal import me, whose
@@ -93,11 +94,14 @@ def run_variant(options: argparse.Namespace) -> int:
     print(
         f"Squares of {recording.board.square_mm:g} mm, links of {recording.arm.l1_mm:g} and {recording.arm.l2_mm:g} mm."
     )
-    print(
-        f'Open it by its name: open_recording("{out}").'
-        if options.out
-        else f"The lessons open with it: {me()} start{whose(options.name)}"
-    )
+    if options.out:
+        print(f'Open it by its name: open_recording("{out}").')
+        return OK
+    print(f"The lessons open with it: {me()} start{whose(options.name)}")
+    for name in begun(folder):
+        print(
+            f"{name} is begun, and keeps the numbers that it had: hand it in as it is, or begin it anew with {me()} reset {name[:2]}{whose(options.name)}"
+        )
     return OK
 
 

@@ -44,6 +44,7 @@ def add_to(add: Add) -> None:
 
 def run_start(options: argparse.Namespace) -> int:
     """Lay out the learner's folder and open a lesson in JupyterLab. The exit code is OK, or what JupyterLab ends with."""
+    from stereo_lab.classroom.handing import seat_of_lesson
     from stereo_lab.recording.places import DATA, PACKAGE, check_shelves
     from stereo_lab.work import SEAT, find, lay_out, seat_of
 
@@ -55,9 +56,9 @@ def run_start(options: argparse.Namespace) -> int:
     made, older = lay_out(lessons, folder)
     print(f"Your lessons lie in {folder}" + (": they stay yours, and no newer kit writes over them." if made else "."))
     for name in older:
-        print(
-            f"The kit has a newer {name}. Yours is kept; {me()} reset {name[:2]}{whose(options.name)} gives the new one beside it."
-        )
+        seated = name.endswith(".ipynb") and seat_of_lesson(folder / name) != seat_of(folder)
+        why = f"{name} has other numbers than your seat's recording" if seated else f"The kit has a newer {name}"
+        print(f"{why}. Yours is kept; {me()} reset {name[:2]}{whose(options.name)} gives the new one beside it.")
     # An empty home has no list of fonts yet; made now, the first figure need not wait for it.
     fonts = subprocess.Popen([sys.executable, "-c", "import matplotlib.font_manager"], stderr=subprocess.DEVNULL)
     environment = {**os.environ, "STEREO_LAB_WORK": str(folder)}
