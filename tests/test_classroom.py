@@ -28,6 +28,7 @@ from stereo_lab.classroom.papers import (
     not_looked_at,
     papers_in,
     read_paper,
+    whole_work_folders,
     with_what_is_missing,
     written,
 )
@@ -268,11 +269,21 @@ def test_what_a_mac_lays_beside_files_is_nobodys_work(tmp_path):
 
 def test_another_ending_is_told(tmp_path):
     put(tmp_path, "ada/03_world_coordinates.IPYNB", kit())
-    for name in ("ben/03_world_coordinates.ipynb.txt", "cy/work.zip", "dee/notes.txt"):
-        (tmp_path / name).parent.mkdir()
-        (tmp_path / name).write_text("{}")
+    others = ["ben/03_world_coordinates.ipynb.txt", "cy/work.zip", "dee/03_world_coordinates.html", "eve/03.py"]
+    for name in (*others, "ada/progress.json", "ada/answers/question_03_1.py", "ada/.stereo_lab.json", "Thumbs.db"):
+        put(tmp_path, name, b"{}")
     assert [paper.learners for paper in papers_in(tmp_path)] == [("ada",)]
-    assert not_looked_at(tmp_path) == ["ben/03_world_coordinates.ipynb.txt", "cy/work.zip"]
+    assert not_looked_at(tmp_path) == others
+
+
+def test_whole_work_folders_are_told(tmp_path):
+    for name in (
+        f"class/work-ada/{STEM}",
+        "class/work-ada/handed_in/03_owl-1_2026-10-05_12-00-00",
+        f"class/ben/{STEM}",
+    ):
+        put(tmp_path, f"{name}.ipynb", kit())
+    assert whole_work_folders(tmp_path) == ["class/work-ada"] and whole_work_folders(tmp_path / "class/work-ada") == []
 
 
 def test_a_handed_in_file_that_is_cut_off_still_tells_whose_it_is(tmp_path):

@@ -15,8 +15,10 @@ from stereo_lab.classroom.wire import legible
 from stereo_lab.common.files import read_bytes
 from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises import LESSONS
+from stereo_lab.exercises.progress import FILE as PROGRESS
+from stereo_lab.exercises.progress import HELP
 from stereo_lab.exercises.seats import reworded
-from stereo_lab.work import KEPT_BESIDE, KEY, find
+from stereo_lab.work import KEPT_BESIDE, KEY, PAGES, SEAT, find
 
 LARGEST = 60_000_000  # bytes; with all its figures a lesson has a tenth
 MOST_CELLS = 1_000
@@ -24,7 +26,6 @@ LAST_SEAT = 9_999
 LONGEST_WORDS = 5_000  # letters of what a learner wrote between the cells
 WHEN = "%Y-%m-%d %H:%M:%S"
 MOST_TOGETHER = 8  # learners of one notebook
-PACKED = (".zip", ".7z", ".rar", ".gz", ".tar")
 
 
 @dataclass(frozen=True)
@@ -98,18 +99,31 @@ def papers_in(folder: Path, by_folder: bool = False) -> list[Paper]:
 
 
 def not_looked_at(folder: Path) -> list[str]:
-    """Files that were handed in under another ending than a notebook's: 02_detection.ipynb.txt, work.zip."""
+    """Files that were handed in under another ending than a notebook's: 02_detection.ipynb.txt, 02_detection.html, work.zip."""
     files = (path for path in folder.rglob("*") if path.is_file() and not _left_by_a_system(path))
-    return sorted(
-        legible(path.relative_to(folder).as_posix())
-        for path in files
-        if path.suffix.lower() in PACKED or ".ipynb." in path.name.lower()
-    )
+    names = (path.relative_to(folder) for path in files if path.suffix.lower() != ".ipynb")
+    return sorted(legible(name.as_posix()) for name in names if not _of_a_work_folder(name))
+
+
+def whole_work_folders(folder: Path) -> list[str]:
+    """Folders with lessons in them, and below these with what was handed in: one learner under two names."""
+    handed_in = {path.parent.parent for path in folder.rglob("handed_in/*.ipynb")} - {folder}
+    return sorted(legible(path.relative_to(folder).as_posix()) for path in handed_in if any(path.glob("*.ipynb")))
+
+
+def _of_a_work_folder(name):
+    """What the kit itself lays beside the lessons of a learner."""
+    kits = {PROGRESS, HELP, "code_name.json", *PAGES}
+    return name.name.startswith(".") or name.name in kits or bool({"answers", SEAT} & set(name.parts[:-1]))
 
 
 def _left_by_a_system(path):
-    """What JupyterLab and macOS lay beside the files of a person."""
-    return path.name.startswith("._") or bool({".ipynb_checkpoints", "__MACOSX"} & set(path.parts))
+    """What JupyterLab, macOS and Windows lay beside the files of a person."""
+    return (
+        path.name.startswith("._")
+        or path.name.lower() in ("thumbs.db", "desktop.ini")
+        or bool({".ipynb_checkpoints", "__MACOSX"} & set(path.parts))
+    )
 
 
 def read_paper(path: Path, folder: Path, learner: str = "", by_folder: bool = False) -> Paper:

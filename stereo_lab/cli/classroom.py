@@ -11,6 +11,8 @@ from stereo_lab.cli.options import Add, add_json, add_name, whole
 from stereo_lab.cli.terminal import OK, Progress, write_json_option
 from stereo_lab.errors import StereoLabError
 
+MOST_TOLD = 20  # files that are named one by one
+
 
 def add_to(add: Add) -> None:
     """The commands and their options."""
@@ -110,7 +112,7 @@ def run_grade(options: argparse.Namespace) -> int:
     from stereo_lab.classroom.grading import grade
     from stereo_lab.classroom.marks import tally
     from stereo_lab.classroom.page import write_page
-    from stereo_lab.classroom.papers import not_looked_at
+    from stereo_lab.classroom.papers import not_looked_at, whole_work_folders
     from stereo_lab.classroom.table import read_teacher, write_table
     from stereo_lab.exercises import asked_in
     from stereo_lab.recording import open_recording
@@ -154,8 +156,15 @@ def run_grade(options: argparse.Namespace) -> int:
         )
     for file, why in sorted(graded.not_run):
         print(f"Not run: {file}: {why}.")
-    if others := not_looked_at(Path(options.folder)):
-        print(f"Not looked at, for a notebook ends in .ipynb: {', '.join(others)}.")
+    own = {Path(out).resolve() for out in (table, kept, options.html, options.json) if out}
+    folder = Path(options.folder)
+    if others := [name for name in not_looked_at(folder) if (folder / name).resolve() not in own]:
+        more = f" and {len(others) - MOST_TOLD} more" if len(others) > MOST_TOLD else ""
+        print(f"Not looked at, for a notebook ends in .ipynb: {', '.join(others[:MOST_TOLD])}{more}.")
+    if not options.by_folder and (whole := whole_work_folders(folder)):
+        print(
+            f"Whole work folders: {', '.join(whole[:MOST_TOLD])}. What was handed in there has a row of its own, under a code name; with --by-folder each folder is one learner."
+        )
     for line in graded.unknown:
         print(line)
     print(f"{graded.how}\n{table}: {len(graded.rows)} rows, {graded.run} notebooks run now.")
