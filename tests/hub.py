@@ -58,6 +58,11 @@ def proxy_command():
     )
 
 
+def without_the_kits(path):
+    """A PATH as a hub has it that is not the kit's: without the folder of the kit's Python."""
+    return os.pathsep.join(part for part in path.split(os.pathsep) if not (Path(part) / "stereo-lab").exists())
+
+
 def missing():
     """What this computer needs before it can run a hub, as a sentence; "" where nothing is missing."""
     if os.geteuid():
@@ -96,11 +101,7 @@ class Hub:
         config = self.folder / "hub"
         config.mkdir(mode=0o700)
         (config / "jupyterhub_config.py").write_text(self.settings)
-        environment = {
-            **os.environ,
-            "STEREO_LAB_KIT": str(ROOT),
-            "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
-        }
+        environment = {**os.environ, "STEREO_LAB_KIT": str(ROOT), "PATH": without_the_kits(os.environ["PATH"])}
         for name in ("STEREO_LAB_HOME", "STEREO_LAB_WORK", "PYTHONPATH"):
             environment.pop(name, None)
         with open(config / "log", "w") as log:

@@ -3,6 +3,7 @@
 import os
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -62,6 +63,29 @@ def test_they_begin_lesson_02_as_somebody_alone_would(class_):
         home = learner.hub.folder / learner.name
         assert (home / "work/02_detection.ipynb").owner() == learner.name
         assert "02" in (home / "work/progress.json").read_text()
+
+
+@pytest.mark.slow
+def test_the_kits_commands_are_there(class_):
+    said = class_[0].run("!stereo-lab progress")[0]
+    assert "lesson 02" in said and "lesson 09" in said
+    assert class_[0].ask("api/terminals", method="post", json={}).status_code == 200
+    (shell,) = (p for p in server_of(class_[0]).children(recursive=True) if p.name() == "bash")
+    assert "-l" not in shell.cmdline() and str(ROOT / ".venv/bin") in shell.environ()["PATH"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a hub runs on Linux")
+@pytest.mark.parametrize("seat", [None, 17])
+def test_a_learner_starts_with_the_kits_commands_and_with_the_seats_recording(tmp_path, seat):
+    if seat is not None:
+        (tmp_path / "work" / "seat").mkdir(parents=True)
+        (tmp_path / "work" / "seat" / "recording.json").write_text(f'{{"seat": {seat}}}')
+    code = "import os, runpy, sys; os.execv = lambda *_: print(os.environ['PATH'], os.environ.get('STEREO_LAB_RECORDING'))\n"
+    code += f"runpy.run_path({str(SERVER / 'start_learner.py')!r}, run_name='__main__')"
+    environment = {k: v for k, v in os.environ.items() if not k.startswith("STEREO_LAB_")}
+    environment |= {"HOME": str(tmp_path), "PYTHONPATH": str(ROOT), "PATH": "/usr/bin"}
+    said = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True).stdout.split()
+    assert said == [f"{Path(sys.executable).parent}:/usr/bin", str(tmp_path / "work" / "seat") if seat else "None"]
 
 
 @pytest.mark.slow

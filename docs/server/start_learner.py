@@ -11,7 +11,7 @@ os.umask(0o077)  # what a learner writes, nobody else reads; the kit takes it ov
 
 from stereo_lab.errors import StereoLabError  # noqa: E402
 from stereo_lab.recording.places import PACKAGE, course  # noqa: E402
-from stereo_lab.work import lay_out  # noqa: E402
+from stereo_lab.work import SEAT, lay_out, seat_of  # noqa: E402
 
 PAGE = PACKAGE / "widgets" / "page"  # tells screen readers what pictures and sliders are
 # what a teacher may have installed beside the kit, and help for those who write programs: 36 MB in each server
@@ -41,10 +41,15 @@ def main():
         print(error, file=sys.stderr)
     os.chdir(folder)
     os.environ["STEREO_LAB_WORK"] = str(folder)
+    if seat_of(folder) is not None:  # its numbers stand in the lessons
+        os.environ.setdefault("STEREO_LAB_RECORDING", str(folder / SEAT))
+    # `stereo-lab` in a terminal, or behind ! in a cell
+    os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ.get('PATH', os.defpath)}"
     os.environ["JUPYTER_RUNTIME_DIR"] = str(home / ".kernels")  # a socket's path may have 107 bytes
     options = [
         f"--ServerApp.root_dir={folder}",
         f"--ServerApp.jpserver_extensions={dict.fromkeys(LEFT_OUT, False)}",
+        "--ServerApp.terminado_settings={'shell_command': ['bash']}",  # a login shell would begin with another PATH
         "--KernelManager.transport=ipc",  # files of the learner's, and no ports that all of the computer can listen to
         f"--LabApp.extra_labextensions_path={PAGE}",
         "--LabApp.news_url=None",
