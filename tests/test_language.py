@@ -9,7 +9,10 @@ import pytest
 from nbclient import NotebookClient
 
 from conftest import ROOT
+from stereo_lab.classroom import grading
+from stereo_lab.classroom.store import Store
 from stereo_lab.cli import main
+from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises import language, questions
 from stereo_lab.exercises.answers import Choice, Number
 from stereo_lab.work import lay_out
@@ -158,6 +161,51 @@ def test_english_needs_no_table(bench, capsys, monkeypatch):
         monkeypatch.setenv("STEREO_LAB_LANGUAGE", named)
         questions("00", bench)[0].check("left")
         assert capsys.readouterr().out.startswith("NOT YET - hold a finger up")
+
+
+@pytest.fixture
+def german(tmp_path, monkeypatch):
+    """A kit with one word of German."""
+    folder = tmp_path / "kit" / "notebooks" / "de"
+    folder.mkdir(parents=True)
+    (folder / language.TABLE).write_text(json.dumps({"sentences": {}, "words": {"right": ["rechts"]}}))
+    monkeypatch.setattr("stereo_lab.recording.places.course", lambda: tmp_path / "kit")
+    monkeypatch.setattr(grading, "LESSONS", tmp_path / "kit" / "notebooks")
+    language._table.cache_clear()
+    yield folder
+    language._table.cache_clear()
+
+
+def test_a_language_counts_in_capitals_and_an_unknown_one_is_told(german, monkeypatch):
+    for named, known in (("de", "de"), ("DE", "de"), ("EN", "en"), ("", "en"), (str(german), str(german))):
+        monkeypatch.setenv("STEREO_LAB_LANGUAGE", named)
+        assert f" {known}" in language.settle_language()
+    monkeypatch.setenv("STEREO_LAB_LANGUAGE", "DE")
+    language.settle_language()
+    assert language.in_english("rechts") == "right"
+    for named in ("xx", "../de", str(german / "none")):
+        monkeypatch.setenv("STEREO_LAB_LANGUAGE", named)
+        with pytest.raises(StereoLabError, match=re.escape(f"got {named!r}. There are: en, de")):
+            language.settle_language()
+
+
+@pytest.mark.parametrize("command", [["start"], ["reset", "00"], ["grade", "handed_in", "--csv", "class.csv"]])
+def test_no_command_takes_an_unknown_language_for_english(command, monkeypatch, tmp_path, capsys):
+    monkeypatch.setenv("STEREO_LAB_LANGUAGE", "xx")
+    monkeypatch.setenv("STEREO_LAB_WORK", str(tmp_path))
+    assert main(command) == 2 and "There are: en" in capsys.readouterr().err and not list(tmp_path.iterdir())
+
+
+def test_what_was_marked_in_one_language_is_marked_anew_in_another(german, bench, monkeypatch, tmp_path):
+    def edition():
+        return grading._Examiners(bench, Store(tmp_path / "kept.json")).edition("00")
+
+    monkeypatch.delenv("STEREO_LAB_LANGUAGE", raising=False)
+    in_english = edition()
+    monkeypatch.setenv("STEREO_LAB_LANGUAGE", "de")
+    in_german = edition()
+    (german / language.TABLE).write_text(json.dumps({"sentences": {}, "words": {"right": ["rechts", "rechte"]}}))
+    assert len({in_english, in_german, edition()}) == 3
 
 
 def test_a_part_may_change_its_place():

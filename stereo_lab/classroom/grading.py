@@ -30,6 +30,7 @@ from stereo_lab.exercises.answers import NOT_ATTEMPTED, NOT_YET, PASS
 from stereo_lab.exercises.question import Question
 from stereo_lab.recording import Recording
 from stereo_lab.recording.places import course
+from stereo_lab.work import chosen_language
 
 LESSONS = course() / "notebooks"
 TIMES = 3  # so many times as long as the reference a notebook may take
@@ -160,13 +161,14 @@ class _Examiners:
 
     @cached_property
     def _kit(self):
-        """A digest of what all lessons run on: the kit's own code, and the recording."""
+        """A digest of what all lessons run on: the kit's own code, the recording, and the language of the class."""
         whole = hashlib.sha256(f"{stereo_lab.__version__} {self.recording.path}".encode())
         for file in sorted(path for path in self.recording.path.rglob("*") if path.is_file()):
             whole.update(f"{file.name} {file.stat().st_size}".encode())  # a picture's size tells it from another
             if file.suffix in (".json", ".csv"):
                 whole.update(file.read_bytes())
-        for file in sorted(PACKAGE.rglob("*.py")):
+        language = (LESSONS / chosen_language()).glob("*") if chosen_language() else ()
+        for file in sorted([*PACKAGE.rglob("*.py"), *filter(Path.is_file, language)]):
             whole.update(file.read_bytes())
         return whole.hexdigest()
 

@@ -115,9 +115,10 @@ def run_grade(options: argparse.Namespace) -> int:
     from stereo_lab.classroom.papers import not_looked_at, whole_work_folders
     from stereo_lab.classroom.table import read_teacher, write_table
     from stereo_lab.exercises import asked_in
+    from stereo_lab.exercises.language import settle_language
     from stereo_lab.recording import open_recording
 
-    table, due = Path(options.csv), _due(options.due)
+    language, table, due = settle_language(), Path(options.csv), _due(options.due)
     kept = table.with_suffix(".grade.json")
     for name, out in (("--html", options.html), ("--json", options.json)):
         if out and Path(out).resolve() in (table.resolve(), kept.resolve()):
@@ -167,6 +168,8 @@ def run_grade(options: argparse.Namespace) -> int:
         )
     for line in graded.unknown:
         print(line)
+    if language:
+        print(f"{language} Its words and English ones count: grade a class in its own.")
     print(f"{graded.how}\n{table}: {len(graded.rows)} rows, {graded.run} notebooks run now.")
     write_json_option(options.json, {"how": graded.how, "rows": [row.as_json() for row in graded.rows]})
     return OK

@@ -45,16 +45,20 @@ def add_to(add: Add) -> None:
 def run_start(options: argparse.Namespace) -> int:
     """Lay out the learner's folder and open a lesson in JupyterLab. The exit code is OK, or what JupyterLab ends with."""
     from stereo_lab.classroom.handing import seat_of_lesson
+    from stereo_lab.exercises.language import settle_language
     from stereo_lab.recording.places import DATA, PACKAGE, check_shelves
     from stereo_lab.work import SEAT, find, lay_out, seat_of
 
     if options.data is not None:
         os.environ[DATA] = os.path.abspath(options.data)  # for the kernels, and for what this one looks for
     check_shelves()
+    language = settle_language()
     lessons, folder = _lessons(), work_folder(options.name)
     lesson = find(lessons, options.lesson)
     made, older = lay_out(lessons, folder)
     print(f"Your lessons lie in {folder}" + (": they stay yours, and no newer kit writes over them." if made else "."))
+    if language:
+        print(f"{language} A lesson that nobody has begun is in it.")
     for name in older:
         seated = name.endswith(".ipynb") and seat_of_lesson(folder / name) != seat_of(folder)
         why = f"{name} has other numbers than your seat's recording" if seated else f"The kit has a newer {name}"
@@ -89,8 +93,10 @@ def _jupyterlab(command, environment):
 
 def run_reset(options: argparse.Namespace) -> int:
     """Lay a fresh copy of a lesson into the learner's folder and keep the old one. The exit code is OK."""
+    from stereo_lab.exercises.language import settle_language
     from stereo_lab.work import reset
 
+    settle_language()
     fresh, kept = reset(_lessons(), work_folder(options.name), options.lesson)
     print(f"{fresh} is as new." + (f" What you had is now {kept.name}." if kept else ""))
     return OK

@@ -8,6 +8,7 @@ $STEREO_LAB_LANGUAGE chooses it. What a table lacks is said in English, and Engl
 from __future__ import annotations
 
 import ast
+import os
 import re
 import sys
 from functools import lru_cache
@@ -109,6 +110,41 @@ def _filled(other, groups):
 def _pattern(english):
     parts = map(re.escape, re.split(r"\{\}", english))
     return re.compile("(.*?)".join(parts), re.DOTALL)
+
+
+def languages() -> list[str]:
+    """The short names of the languages into which some of the course is translated."""
+    from stereo_lab.recording.places import course
+
+    found = [path.parent.name for path in (course() / "notebooks").glob(f"*/{TABLE}")]
+    found += [path.parent.name for path in (course() / "notebooks").glob("*/[0-9][0-9]_*.ipynb")]
+    return sorted(set(found))
+
+
+def settle_language() -> str:
+    """Take $STEREO_LAB_LANGUAGE in any case, for this program and those that it starts; refuse a language that is not there.
+
+    Returns
+    -------
+    str
+        A sentence that says which language it is; empty where there is only English.
+
+    Raises
+    ------
+    StereoLabError
+        If nothing is translated into the language that is named.
+    """
+    named, there = os.environ.get("STEREO_LAB_LANGUAGE", "").strip(), ["en", *languages()]
+    if Path(named).is_absolute() and Path(named).is_dir():
+        return f"The language is that of {named}."
+    found = [each for each in there if each.lower() == (named.lower() or "en")]
+    if not found:
+        raise StereoLabError(
+            f"Expected a language of the course in STEREO_LAB_LANGUAGE, got {named!r}. There are: {', '.join(there)}. Set it to one of these."
+        )
+    if named:
+        os.environ["STEREO_LAB_LANGUAGE"] = found[0]
+    return f"The language is {found[0]}, of {', '.join(there)} (STEREO_LAB_LANGUAGE)." if len(there) > 1 else ""
 
 
 @lru_cache(maxsize=4)
