@@ -292,6 +292,8 @@ def test_by_command(school, tmp_path, monkeypatch, capsys):
     write(tmp_path / "home" / NAMES[0], "mine")
     assert main(["unpack", packed.name]) == 0
     said = capsys.readouterr().out
-    assert f"{NAMES[0]} was different here; what you had is now {NAMES[0][:-6]}_20" in said
+    assert "new folder" not in said and f"{NAMES[0]} was different here; what you had is now {NAMES[0][:-6]}_20" in said
     assert main(["progress", "--json", "-"]) == 0
     assert json.loads(capsys.readouterr().out)["lessons"]["05"]["passed"] == [3]
+    monkeypatch.setenv("STEREO_LAB_WORK", str(tmp_path / "work-evaa"))
+    assert main(["unpack", packed.name]) == 0 and "work-evaa is a new folder" in capsys.readouterr().out

@@ -109,7 +109,13 @@ def test_a_learners_lessons_have_the_seats_numbers(tmp_path, monkeypatch, capsys
     begun.write_text(begun.read_text(encoding="utf-8").replace("____  ", "-30  "), encoding="utf-8")
     assert main(["variant", "7"]) == 0
     said = capsys.readouterr().out
-    assert "seat 7" in said and f"{begun.name} is begun" in said and "reset 06" in said and "02_" not in said
+    assert (
+        "seat 7" in said
+        and "new folder" not in said
+        and f"{begun.name} is begun" in said
+        and "reset 06" in said
+        and "02_" not in said
+    )
     monkeypatch.setattr(course, "_jupyterlab", lambda *_: nullcontext(SimpleNamespace(wait=lambda: 0)))
     assert main(["start"]) == 0
     said = capsys.readouterr().out

@@ -257,6 +257,14 @@ def test_whoever_closes_the_window_ends_jupyterlab_in_its_own_way(monkeypatch, n
     assert ended[-1] == "told" and len(ended) == (1 if nohup else 2)
 
 
+@pytest.mark.parametrize("words", [[], ["--name", "evaa"]])
+def test_reset_makes_no_learner_of_a_mistyped_name(tmp_path, monkeypatch, capsys, words):
+    monkeypatch.setattr(course, "work_folder", lambda name: tmp_path / f"work-{name}")
+    assert main(["reset", "03", *words]) == 2 and not list(tmp_path.iterdir())
+    said = capsys.readouterr().err
+    assert "There is no work in" in said and " ".join(["start", *words]) in said
+
+
 def test_reset_by_command(tmp_path):
     environment = {**os.environ, "STEREO_LAB_WORK": str(tmp_path), "PYTHONPATH": str(ROOT)}
     run = lambda *words: subprocess.run(

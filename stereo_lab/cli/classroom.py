@@ -79,7 +79,7 @@ def run_variant(options: argparse.Namespace) -> int:
     """Make the recording of one seat. The exit code is OK."""
     from stereo_lab.classroom.handing import begun
     from stereo_lab.classroom.variants import make_variant
-    from stereo_lab.cli.course import work_folder
+    from stereo_lab.cli.course import if_new, work_folder
     from stereo_lab.cli.terminal import me, whose
     from stereo_lab.work import SEAT, seat_of
 
@@ -89,9 +89,12 @@ def run_variant(options: argparse.Namespace) -> int:
         raise StereoLabError(
             f"The recording of seat {had} is in {out} already. Move that folder away to take another seat."
         )
+    new = "" if options.out else if_new(folder)
     with Progress() as progress:
         progress("the recording", 0, 1)
         recording = make_variant(options.seed, out)
+    if new:
+        print(new)
     print(f"{out}: {recording.title}.")
     print(
         f"Squares of {recording.board.square_mm:g} mm, links of {recording.arm.l1_mm:g} and {recording.arm.l2_mm:g} mm."

@@ -97,7 +97,10 @@ def run_reset(options: argparse.Namespace) -> int:
     from stereo_lab.work import reset
 
     settle_language()
-    fresh, kept = reset(_lessons(), work_folder(options.name), options.lesson)
+    folder = work_folder(options.name)
+    if not folder.is_dir():  # a name that is mistyped makes no learner
+        raise StereoLabError(_no_work(folder, options.name))
+    fresh, kept = reset(_lessons(), folder, options.lesson)
     print(f"{fresh} is as new." + (f" What you had is now {kept.name}." if kept else ""))
     return OK
 
@@ -110,9 +113,9 @@ def run_progress(options: argparse.Namespace) -> int:
 
     folder = work_folder(options.name)
     if not folder.is_dir() and options.name:
-        raise StereoLabError(f"There is no work in {folder} yet. Begin with: {me()} start{whose(options.name)}")
+        raise StereoLabError(_no_work(folder, options.name))
     if not folder.is_dir():
-        print(f"There is no work in {folder} yet. Name whose it is with --name, or begin with: {me()} start")
+        print(_no_work(folder, None))
     recording, known, table = open_recording(options.recording), progress.load(), {}
     for lesson in LESSONS:
         asked = [q.number for q in asked_in(lesson, recording)]
@@ -123,6 +126,16 @@ def run_progress(options: argparse.Namespace) -> int:
         print(f"lesson {lesson}  {'#' * len(passed):8s} {len(passed)} of {len(asked)}{hint}")
     write_json_option(options.json, {"folder": str(folder), "lessons": table})
     return OK
+
+
+def if_new(folder: Path) -> str:
+    """What to say of a work folder that is not there before a command makes it: its name may be mistyped. Else ""."""
+    return "" if folder.is_dir() else f"{folder.name} is a new folder. Whoever has one already names it with --name."
+
+
+def _no_work(folder, name):
+    begin = "Begin with:" if name else "Name whose it is with --name, or begin with:"
+    return f"There is no work in {folder} yet. {begin} {me()} start{whose(name)}"
 
 
 def _lessons() -> Path:

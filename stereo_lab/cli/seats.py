@@ -7,7 +7,7 @@ import time
 from dataclasses import asdict
 from pathlib import Path
 
-from stereo_lab.cli.course import work_folder
+from stereo_lab.cli.course import if_new, work_folder
 from stereo_lab.cli.options import Add, add_json, add_name
 from stereo_lab.cli.terminal import OK, WANTING, Progress, me, whose, write_json_option
 
@@ -91,7 +91,10 @@ def run_unpack(options: argparse.Namespace) -> int:
     from stereo_lab.seats.moving import unpack
 
     folder = work_folder(options.name)
+    new = if_new(folder)
     done = unpack(Path(options.file), folder)
+    if new:
+        print(new)
     print(f"{folder}: {len(done.brought)} file{'s' * (len(done.brought) != 1)} brought.")
     for name, kept in done.kept:
         print(f"{name} was different here; what you had is now {kept}.")
