@@ -170,6 +170,13 @@ def test_grading_goes_on_where_it_stopped_and_keeps_a_teachers_mark(work, tmp_pa
     assert "3.2  1 of 3 passed" in capsys.readouterr().out
     os.remove(table)
     assert main(command) == 0 and "3.2  1 of 3 passed" in capsys.readouterr().out  # kept beside it as well
+    # a learner taken out as docs/privacy.md tells it
+    next((tmp_path / "in").glob("*learner-2*")).unlink()
+    lines = [line for line in table.read_text(encoding="utf-8-sig").splitlines() if "learner-2" not in line]
+    table.write_text("\n".join(lines), encoding="utf-8")
+    os.remove(tmp_path / "class.grade.json")
+    assert main(command) == 0 and "3.2  1 of 2 passed" in capsys.readouterr().out
+    assert not any("learner-2" in (tmp_path / name).read_text("utf-8") for name in ("class.csv", "class.grade.json"))
 
 
 def test_a_folder_that_cannot_be_written_to_is_told_before_anything_runs(work, tmp_path, runs, capsys):
