@@ -24,6 +24,10 @@ STATUS = ("PASS", "NOT YET", "NOT ATTEMPTED")
 SIGNS = ".:;?!"
 ENDS = re.compile(rf"(?<=[{SIGNS}])(\s+)")  # what is said comes in sentences, and in parts of them
 
+# What stands in patterns and in no sentence: \b, (?: and .*, a part that may be missing, words parted by |
+PATTERN = re.compile(r"\\[\w(.]|\(\?|\.\*|\)\?.|\S\|\S")
+COMMAND = re.compile(r"[A-Z]{2,4}(?= .*[\d{])( +-?[\w{}.]+)+")  # MV 2 -{}
+
 
 def translated(text: str) -> str:
     """What a check says, in the language chosen.
@@ -168,7 +172,7 @@ def sentences() -> list[str]:
     for path in sorted(Path(__file__).parent.glob("*.py")):
         if path.name != Path(__file__).name:
             tree = ast.parse(path.read_text(encoding="utf-8"))
-            found.update(dict.fromkeys(_said(tree, _silent(tree))))
+            found.update(dict.fromkeys(text for text in _said(tree, _silent(tree)) if not _is_for_programs(text)))
     return list(found)
 
 
@@ -180,6 +184,19 @@ def _silent(tree):
         if isinstance(node, ast.JoinedStr):
             silent |= {id(part) for part in node.values}
     return silent
+
+
+def _is_for_programs(text):
+    """Whether a text is a pattern for answers, a line to the arm's controller, or Python with no text in it: nobody translates these."""
+    if PATTERN.search(text) or COMMAND.fullmatch(text):
+        return True
+    if set(text) & set("\"'#"):
+        return False
+    try:
+        told = ast.walk(ast.parse(text.replace("{}", "x").replace("return ", "x = ")))
+    except SyntaxError:
+        return False
+    return any(isinstance(node, (ast.Assign, ast.FunctionDef, ast.Import, ast.ImportFrom)) for node in told)
 
 
 def _said(tree, silent):
