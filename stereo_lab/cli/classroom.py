@@ -172,7 +172,7 @@ def run_grade(options: argparse.Namespace) -> int:
     for line in graded.unknown:
         print(line)
     if language:
-        print(f"{language} Its words and English ones count: grade a class in its own.")
+        print(f"{language} Its words and English ones count: choose that of the class.")
     print(f"{graded.how}\n{table}: {len(graded.rows)} rows, {graded.run} notebooks run now.")
     write_json_option(options.json, {"how": graded.how, "rows": [row.as_json() for row in graded.rows]})
     return OK

@@ -148,7 +148,9 @@ def settle_language() -> str:
         )
     if named:
         os.environ["STEREO_LAB_LANGUAGE"] = found[0]
-    return f"The language is {found[0]}, of {', '.join(there)} (STEREO_LAB_LANGUAGE)." if len(there) > 1 else ""
+    return (
+        f"The language is {found[0]}; STEREO_LAB_LANGUAGE chooses among {', '.join(there)}." if len(there) > 1 else ""
+    )
 
 
 @lru_cache(maxsize=4)
