@@ -925,6 +925,12 @@ def test_a_name_in_the_place_of_a_recording():
             asks("bench")
 
 
+@pytest.mark.parametrize("path", [0, 1, "", ("bench",)])
+def test_what_is_no_path_is_not_taken_for_the_shipped_bench(path):
+    with pytest.raises(RecordingError, match="Expected a recording's folder or its name"):
+        open_recording(path)
+
+
 def test_a_recording_by_its_file_and_a_table_by_hand(bench, tmp_path):
     shutil.copytree(bench.path / "depth", tmp_path / "mine" / "depth")
     shutil.copy(bench.path / "recording.json", tmp_path / "mine")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
@@ -219,10 +220,14 @@ def open_source(
     from stereo_lab.live.cameras import CameraSource
 
     check_rate(rate_hz)
+    if not isinstance(name, str | os.PathLike | None) or name == "":
+        raise StereoLabError(
+            f'Expected the name of a recording, "virtual", or two cameras as in "cameras:0,1"; got {name!r}.'
+        )
     words = str(name)
     kind, _, rest = words.partition(":")
     if kind == "virtual":
-        recording = open_recording(rest) if rest or recording is None else recording
+        recording = open_recording(rest or None) if rest or recording is None else recording
         if arm is None or not hasattr(arm.port, "link_deg"):
             return VirtualBench(recording, None, rate_hz, fast, late)
         if arm.port.follows_the_clock:

@@ -70,9 +70,13 @@ def open_recording(path: str | Path | None = None) -> Recording:
     Raises
     ------
     RecordingError
-        If there is no such folder or its recording.json cannot be used.
+        If there is no such folder or its recording.json cannot be used, or ``path`` is no path.
     """
-    folder = _find_folder(os.path.expanduser(path or os.environ.get("STEREO_LAB_RECORDING") or "bench"))
+    if path is None:
+        path = os.environ.get("STEREO_LAB_RECORDING") or "bench"
+    if not isinstance(path, str | os.PathLike) or not os.fspath(path):
+        raise RecordingError(f"Expected a recording's folder or its name, as in 'bench'; got {reprlib.repr(path)}.")
+    folder = _find_folder(os.path.expanduser(path))
     try:
         return _parse(folder, read_json(folder / "recording.json"))
     except RecordingError:
