@@ -143,6 +143,8 @@ def test_pictures_far_apart_in_time_are_no_pair(cameras):
         (np.zeros((*SIZE[::-1], 3), np.uint8), "lens covered"),
         (np.full((24, 32, 3), 90, np.uint8), "32x24 instead of 64x48"),
         (np.vstack([picture()[:20], np.full((28, 64, 3), 128, np.uint8)]), "cut off"),
+        (np.vstack([np.zeros((2, 64, 3), np.uint8), picture()[:20], np.zeros((26, 64, 3), np.uint8)]), "cut off"),
+        (np.vstack([bar := np.zeros((9, 64, 3), np.uint8), picture()[:30], bar]), "a plain bar above .* --size 64x30"),
     ],
 )
 def test_useless_pictures_are_passed_over_and_told(cameras, bad, says):
@@ -275,7 +277,8 @@ def test_a_recording_without_a_film_shows_its_largest_set(second_rig):
 
 @pytest.mark.parametrize(
     ("name", "says"),
-    [("cameras:0", "two different cameras"), ("cameras:1,1", "two different cameras"), ("cameras:", "two different"), ("nowhere", "nowhere")],
+    [("cameras:0", "two different cameras"), ("cameras:1,1", "two different cameras"), ("cameras:", "two different"), ("nowhere", "nowhere"),
+     (0, 'as in "cameras:0,1"; got 0'), ((0, 1), 'as in "cameras:0,1"; got'), ("", 'as in "cameras:0,1"; got')],
 )  # fmt: skip
 def test_a_source_that_cannot_be_understood(name, says):
     with pytest.raises(StereoLabError, match=says):

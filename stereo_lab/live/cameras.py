@@ -308,5 +308,17 @@ def what_is_wrong(picture: np.ndarray, size: tuple[int, int]) -> str:
     if picture.max() < BLACK:
         return "gives black pictures. Is its lens covered?"
     if (picture[-TAIL:] == picture[-1, -1]).all() and picture[-1, -1].max() < WHITE:
+        if shown := _rows_between_bars(picture):
+            return f"gives pictures with a plain bar above and below: wide ones are filled up to the size that was asked for. Ask for another size, as with record --size {wide}x{shown}."
         return "gives pictures that end in plain rows: they are cut off on their way. Try another cable or port, or fewer pairs a second."
     return ""
+
+
+def _rows_between_bars(picture):
+    """Rows between two bars alike, of the colour in which a picture ends; 0 where it has no such bar above as well."""
+    off = np.abs(picture.astype(float) - picture[-1, -1]).mean(axis=(1, 2))  # a mean: JPEG smears a bar's edge
+    shown = np.flatnonzero(off > BLACK)
+    if not len(shown):
+        return 0
+    above, below = shown[0], len(picture) - 1 - shown[-1]
+    return len(picture) - above - below if above >= TAIL and abs(above - below) <= TAIL else 0
