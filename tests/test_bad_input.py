@@ -840,6 +840,7 @@ def test_one_point_alone_and_none_at_all(bench_calibration):
         (["check", "bench", "--report", "bench.json"], "--report: expected a name that ends in .html or .htm"),
         (["grade", "handed_in", "--csv", "class.xlsx"], "--csv: expected a name that ends in .csv"),
         (["run", "--recording", "nowhere", "--seconds", "2"], "There is no folder nowhere"),
+        (["record", "mine", "--set", "depth", "--seconds", "2"], "typed places end with an empty line"),
         (["train", "clutter", "--out", "ball.txt"], "--out: expected a name that ends in .json"),
         (["train", "clutter", "--out", "b.json", "--json", "./b.json"], "--json and --out both name b.json"),
         (["calibrate", "bench", "--save", "s.json", "--json", "s.json"], "--json and --save both name s.json"),

@@ -772,6 +772,27 @@ def test_one_press_too_many_takes_nothing(third_rig, tmp_path):
     assert len(open_recording(tmp_path / "mine").samples("depth")) == 2
 
 
+def test_a_panel_tells_at_once_whose_ball_is_not_seen(third_rig, tmp_path):
+    from stereo_lab import widgets
+
+    boards = third_rig.pairs("calibration")
+    panel = widgets.recorder_panel(
+        lambda: Replay(boards, hold_s=60), tmp_path / "mine", third_rig.board, third_rig.ball
+    )
+    panel.play.playing = True
+    give_up = time.monotonic() + 60
+    while (panel._session is None or panel._session.frame is None) and time.monotonic() < give_up:
+        time.sleep(0.02)
+    panel.place["depth"].value = 900
+    for name in ("000", "001"):  # the same place is taken again: the sentence asks for it
+        panel.take_ball("position")
+        assert panel.text.value.startswith(
+            f"Taken: position/{name} at x 0, y 0, depth 900 mm. No orange ball is seen in either"
+        )
+    panel.play.playing = False
+    panel.thread.join(60)
+
+
 def test_why_the_pairs_do_not_fit_is_said_while_one_can_still_act(third_rig, images, folder, monkeypatch):
     def fails(pairs, board):
         raise CalibrationError("Left and right are swapped.")

@@ -5,7 +5,7 @@ from stereo_lab.capture.exchange import export_calibration, import_calibration, 
 from stereo_lab.capture.films import import_films
 from stereo_lab.capture.folder import Folder
 from stereo_lab.capture.found import Camera, find_cameras, which_is_covered
-from stereo_lab.capture.glance import Glance, glance, sides_without
+from stereo_lab.capture.glance import Glance, glance, sides_without, told_without
 from stereo_lab.capture.recorder import Recorder, State
 from stereo_lab.capture.session import Replay, Session
 from stereo_lab.capture.sheets import PAPERS_MM, Sheet, board_sheet, mark_sheets
@@ -31,5 +31,6 @@ __all__ = [
     "mark_sheets",
     "recording_of",
     "sides_without",
+    "told_without",
     "which_is_covered",
 ]

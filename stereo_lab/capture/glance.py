@@ -12,6 +12,7 @@ from stereo_lab.detection import BallDetector
 from stereo_lab.doctor.pictures import look_of
 from stereo_lab.recording import Ball, Board
 from stereo_lab.recording.bounds import CHARUCO
+from stereo_lab.recording.pictures import is_colorless
 
 QUICK_WIDTH = 640  # px; boards are looked for in pictures no wider than this, and placed to a tenth of a pixel there
 QUICK = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_FAST_CHECK  # that there is none is then told in 3 ms
@@ -72,6 +73,22 @@ def sides_without(ball: Ball, left: np.ndarray, right: np.ndarray) -> list[str]:
     """Of "left" and "right" those whose picture shows no ball of this colour."""
     detector = BallDetector(ball.color)
     return [side for side, image in (("left", left), ("right", right)) if detector.detect(image) is None]
+
+
+def told_without(ball: Ball, left: np.ndarray, right: np.ndarray) -> str:
+    """In which pictures no ball is seen, and what to do, in words; empty where both show it.
+
+    It may be there and hard to see, so that whoever takes a pair looks at the picture before it is taken again.
+    """
+    sides = sides_without(ball, left, right)
+    if not sides:
+        return ""
+    if any(is_colorless({"left": left, "right": right}[side]) for side in sides):
+        return (
+            f"No {ball.color} ball is seen: the picture is grey. Set the camera to colour, and take this place again."
+        )
+    where = f"in the {sides[0]} picture: look at it" if len(sides) == 1 else "in either picture: look at them"
+    return f"No {ball.color} ball is seen {where}, and take this place again if {'it shows' if len(sides) == 1 else 'they show'} none."
 
 
 def _quick(small, board):

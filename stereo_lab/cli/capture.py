@@ -41,7 +41,7 @@ def add_to(add: Add) -> None:
         "--set", choices=("calibration", "position", "depth"), default="calibration", dest="set_name",
         help="boards, or the ball at places whose x, y and depth in mm are typed in, a line each",
     )  # fmt: skip
-    record.add_argument("--seconds", type=seconds, metavar="S", help="end after so long")
+    record.add_argument("--seconds", type=seconds, metavar="S", help="of boards: end after so long")
     add_json(record)
 
     check = add(
@@ -93,6 +93,8 @@ def run_record(options: argparse.Namespace) -> int:
     from stereo_lab.capture import Folder, Recorder
     from stereo_lab.recording.places import check_name
 
+    if options.seconds is not None and options.set_name != "calibration":
+        raise StereoLabError("--seconds ends a recording of boards; typed places end with an empty line. Leave it out.")
     begun = recording_begun(options.out)
     if begun is None:
         check_name(options.out)
@@ -188,6 +190,8 @@ def _boards(source, recorder, options):
 
 def _typed_places(source, recorder, options):
     """The ball at measured places: a line with x, y and depth takes the newest pair."""
+    from stereo_lab.capture import told_without
+
     print("Put the ball somewhere, measure it, and type x y depth in mm; an empty line ends it.\n", flush=True)
     with contextlib.suppress(KeyboardInterrupt, EOFError):
         while line := input("x y depth: ").replace(",", ".").split():
@@ -202,23 +206,8 @@ def _typed_places(source, recorder, options):
             except StereoLabError as error:
                 print(error)
                 continue
-            print(f"Taken: {options.set_name}/{name}. {_unseen(recorder.folder.ball, frame)}".rstrip())
-
-
-def _unseen(ball, frame):
-    """In which pictures no ball is seen; the pair is kept all the same, for the ball may be there and hard to see."""
-    from stereo_lab.capture import sides_without
-    from stereo_lab.recording.pictures import is_colorless
-
-    sides = sides_without(ball, frame.left, frame.right)
-    if not sides:
-        return ""
-    if any(is_colorless(getattr(frame, side)) for side in sides):
-        return (
-            f"No {ball.color} ball is seen: the picture is grey. Set the camera to colour, and take this place again."
-        )
-    where = f"in the {sides[0]} picture: look at it" if len(sides) == 1 else "in either picture: look at them"
-    return f"No {ball.color} ball is seen {where}, and take this place again if {'it shows' if len(sides) == 1 else 'they show'} none."
+            unseen = told_without(recorder.folder.ball, frame.left, frame.right)
+            print(f"Taken: {options.set_name}/{name}. {unseen}".rstrip())
 
 
 def run_check(options: argparse.Namespace) -> int:

@@ -11,7 +11,7 @@ import cv2
 import ipywidgets
 import numpy as np
 
-from stereo_lab.capture import Coverage, Folder, Glance, Recorder, Session, State
+from stereo_lab.capture import Coverage, Folder, Glance, Recorder, Session, State, told_without
 from stereo_lab.capture.coverage import CELLS
 from stereo_lab.errors import StereoLabError
 from stereo_lab.live import CameraSource, Frame, StereoSource
@@ -134,7 +134,8 @@ class RecorderPanel(Running):
     def take_ball(self, set_name: str) -> None:
         """Keep the newest pair with the ball at the place that is typed in."""
         session = self._session
-        if session is None or session.frame is None:
+        frame = None if session is None else session.frame
+        if session is None or frame is None:
             self.text.value = (
                 f"No pictures yet. {PRESS}" if session is None else "No picture comes just now. Nothing was taken."
             )
@@ -149,9 +150,11 @@ class RecorderPanel(Running):
             self._tell("There the ball was taken just now. Move it, and measure anew. Nothing was taken.")
             return
         try:
-            name = session.recorder.take_sample(session.frame, set_name, place)
-            self._taken = set_name, place
-            self._tell(f"Taken: {set_name}/{name} at x {place[0]:g}, y {place[1]:g}, depth {place[2]:g} mm.")
+            name = session.recorder.take_sample(frame, set_name, place)
+            unseen = told_without(session.recorder.folder.ball, frame.left, frame.right)
+            self._taken = None if unseen else (set_name, place)  # where none is seen the place may be taken again
+            said = f"Taken: {set_name}/{name} at x {place[0]:g}, y {place[1]:g}, depth {place[2]:g} mm. {unseen}"
+            self._tell(said.rstrip())
         except StereoLabError as error:
             self._tell(f"{error} Nothing was taken.")
 
