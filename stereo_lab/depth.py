@@ -8,6 +8,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stereo_lab.common.files import finite_number
 from stereo_lab.common.vectors import as_numbers
 from stereo_lab.errors import StereoLabError
 
@@ -29,8 +30,10 @@ class IdealDepth:
     focal_px: float
 
     def predict(self, disparity_px: ArrayLike) -> float | np.ndarray:
-        """Depth in mm for one disparity or an array."""
-        return self.baseline_mm * self.focal_px / np.asarray(disparity_px, float)
+        """Depth in mm for one disparity or an array; NaN at zero and below, where the two rays meet nowhere."""
+        d = as_numbers(disparity_px)
+        baseline, focal = finite_number(self.baseline_mm, "baseline_mm"), finite_number(self.focal_px, "focal_px")
+        return baseline * focal / np.where(d > 0, d, np.nan)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +74,7 @@ class PaperDepth:
 
     def predict(self, disparity_px: ArrayLike) -> float | np.ndarray:
         """Depth in mm for one disparity or an array."""
-        d = np.asarray(disparity_px, float)
+        d = as_numbers(disparity_px)
         return self.m / d - self.n * d + self.c
 
 
@@ -119,7 +122,7 @@ class OffsetDepth:
 
     def predict(self, disparity_px: ArrayLike) -> float | np.ndarray:
         """Depth in mm for one disparity or an array; NaN at d0 and below, where the two rays meet nowhere."""
-        gap = np.asarray(disparity_px, float) - self.d0
+        gap = as_numbers(disparity_px) - self.d0
         return self.a / np.where(gap > 0, gap, np.nan) + self.c
 
 

@@ -47,7 +47,7 @@ class LineFit:
 
     def predict(self, pixels: ArrayLike) -> float | np.ndarray:
         """Millimetres for one pixel or an array of them."""
-        return self.slope_mm_per_px * np.asarray(pixels, float) + self.offset_mm
+        return self.slope_mm_per_px * as_numbers(pixels) + self.offset_mm
 
 
 @dataclass(frozen=True, eq=False)

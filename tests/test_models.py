@@ -179,3 +179,12 @@ def test_rays_that_meet_nowhere_have_no_depth():
     depth = fit.predict([fit.d0 - 1, fit.d0, 70])
     assert np.isnan(depth[:2]).all() and depth[2] == pytest.approx(73000 / 68.3 + 12)
     assert np.isnan(fit.predict(0.0)) and np.ndim(fit.predict(70.0)) == 0
+    assert np.isnan(IdealDepth(120, 600).predict([-30, 0])).all()
+
+
+def test_a_depth_is_of_numbers_however_they_were_typed():
+    assert IdealDepth("120", 600).predict("72") == pytest.approx(1000)
+    with pytest.raises(StereoLabError, match="focal_px: expected a number, got None"):
+        IdealDepth(120, None).predict(72)
+    with pytest.raises(StereoLabError, match="Expected numbers, in rows of one length; got 'far'"):
+        IdealDepth(120, 600).predict("far")

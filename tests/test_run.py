@@ -317,6 +317,12 @@ def test_an_arm_that_does_not_know_where_it_stands_follows_nothing(bench):
             Follower(arm, bench)
 
 
+@pytest.mark.parametrize("gap_mm", [-1, "near", None])
+def test_a_hand_keeps_out_of_the_ball(bench, gap_mm):
+    with pytest.raises(StereoLabError, match="gap_mm: expected "):
+        Follower(Recorder(), bench, gap_mm=gap_mm)
+
+
 def test_however_it_ends_the_arm_rests(bench, localizer):
     with cell(bench, round_trip(bench)) as (arm, source):
         with closing(run(source, localizer, Follower(arm, bench))) as moments:
@@ -764,6 +770,9 @@ def test_steering_refuses_what_moving_refuses(bench):
         arm.enable()
         with pytest.raises(UnreachableTargetError):
             arm.steer(JointAngles(170, 0))
+        for percent in (0.4, -5, 101):
+            with pytest.raises(StereoLabError, match="expected 1 to 100, got"):
+                arm.steer(JointAngles(20, 10), percent)
         arm.steer(JointAngles(20, 10), percent=50)
         assert arm.check().state == "run"
         arm.wait(3.0)

@@ -145,10 +145,14 @@ class Arm:
         ------
         UnreachableTargetError
             Beyond a limit; nothing is sent then.
+        StereoLabError
+            If ``percent`` is not from 1 to 100; nothing is sent then.
         ArmError
             If the arm is off or stopped, or does not answer.
         """
         goals, percent = self.goals_deg(angles), finite_number(percent, "Percent of the usual speed")
+        if not 1 <= round(percent) <= 100:  # as it is sent
+            raise StereoLabError(f"Percent of the usual speed: expected 1 to 100, got {percent:g}. Nothing was sent.")
         self.command(f"MA {goals[0]:.3f} {goals[1]:.3f} {percent:.0f}")
 
     def goals_deg(self, angles: JointAngles) -> list[float]:

@@ -228,7 +228,8 @@ class StereoCalibration:
 
         Returns
         -------
-        ndarray, shape (N, 3), mm: X right, Y down, Z forward
+        ndarray, shape (N, 3), mm: X right, Y down, Z forward. Z is below zero where left and right are swapped, or the
+            pixels are not of one thing, and infinite where the rays are parallel.
         """
         p1, p2 = self.rectified["left"][1], self.rectified["right"][1]
         left, right = as_points(left_Nx2, 2), as_points(right_Nx2, 2)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stereo_lab.arm.measuring import must_be_homed
+from stereo_lab.common.files import finite_number
 from stereo_lab.errors import ArmError, StereoLabError, UnreachableTargetError
 from stereo_lab.kinematics import JointAngles
 from stereo_lab.live.tracker import Track
@@ -87,7 +88,7 @@ class Follower:
     predict : bool or function
         Aim at where the ball will be when the order is with the arm. False: at where the ball was in the picture. A function of
         your own takes (place_mm, velocity_mm_s, seconds) for each coordinate and gives the place after so many seconds.
-    gap_mm : float, between hand and ball
+    gap_mm : float, between hand and ball, not below zero
     inverse : function, optional
         Your own way from the middle of a ball in the arm's plane, (x_mm, y_mm), to (theta1_deg, theta2_deg), in place of the
         kit's. It counts with a forearm that is longer by ``beyond_mm``; what it gives is checked against the limits.
@@ -110,6 +111,9 @@ class Follower:
         inverse: Callable[[float, float], tuple[float, float]] | None = None,
         run_on: bool = True,
     ) -> None:
+        gap_mm = finite_number(gap_mm, "gap_mm")
+        if gap_mm < 0:
+            raise StereoLabError(f"gap_mm: expected 0 mm or more, got {gap_mm:g}: the hand would push into the ball.")
         must_be_homed(arm, "its angles mean nothing before")
         self.arm, self.predict, self.inverse, self.follows = arm, predict, inverse, True
         self._runs_on = run_on and bool(predict)
