@@ -34,6 +34,8 @@ from stereo_lab.depth import OffsetDepth
 from stereo_lab.detection import BallColor, BallDetector
 from stereo_lab.errors import RecordingError, StereoLabError
 from stereo_lab.exercises import progress, questions
+from stereo_lab.kinematics import JointAngles
+from stereo_lab.live import Follower, open_source, run
 from stereo_lab.localization import Localizer
 from stereo_lab.recording import Ball, Board, import_images, open_recording, read_image
 from stereo_lab.recording.cameras import CameraPair
@@ -921,9 +923,32 @@ def test_the_paper_has_no_candidates(bench):
 
 
 def test_a_name_in_the_place_of_a_recording():
-    for asks in (Localizer.fit, lambda name: questions("04", name), calibrate_recording, calibrate_anew):
+    for asks in (
+        Localizer.fit, lambda name: questions("04", name), calibrate_recording, calibrate_anew,
+        lambda name: open_source("virtual", recording=name), lambda name: Follower(SimpleNamespace(homed=True), name),
+    ):  # fmt: skip
         with pytest.raises(StereoLabError, match="as open_recording gives it"):
             asks("bench")
+    with pytest.raises(StereoLabError, match="as open_recording gives it; got None"):
+        Localizer.fit(None)
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        (lambda r: calibrate_stereo(r.board, r.pairs("calibration")), "Expected pairs first, .* then the board; got Board"),
+        (lambda r: calibrate_stereo(r, r.board), "Expected pairs first, .* got Recording"),
+        (lambda r: calibrate_stereo("bench", r.board), "Expected pairs first, .* got 'bench'"),
+        (lambda r: Follower(r, SimpleNamespace(homed=True)), "Expected an arm, as connect gives it; got Recording"),
+        (lambda r: next(run(r, open_source("bench"))), "Expected a source of pictures first, .* got Recording"),
+        (lambda r: open_source("bench", rate_hz="30"), "a number of pairs a second; got '30'"),
+        (lambda r: import_images(str(r.path / "still" / "left"), str(r.path / "still" / "right"), (9, 6), "new"), "Expected a board"),
+        (lambda r: r.arm.forward(JointAngles(None, 3)), "angles in degrees as numbers; got JointAngles"),
+    ],
+)  # fmt: skip
+def test_what_stands_in_the_place_of_another_thing(bench, call, says):
+    with pytest.raises(StereoLabError, match=says):
+        call(bench)
 
 
 @pytest.mark.parametrize("path", [0, 1, "", ("bench",)])

@@ -21,13 +21,16 @@ HANGS_DEG = -90.0  # of a link, to the horizon
 
 
 def must_be_homed(arm: Arm, why: str) -> None:
-    """Refuse an arm that does not know where it stands, and say why it must.
+    """Refuse an arm that does not know where it stands, and say why it must; and what is no arm.
 
     Raises
     ------
     ArmError
     """
-    if not arm.homed:
+    homed = getattr(arm, "homed", None)
+    if homed is None:
+        raise ArmError(f"Expected an arm, as connect gives it; got {type(arm).__name__}.")
+    if not homed:
         raise ArmError(f"Expected {arm.name} to be homed: {why}. Call home() first.")
 
 

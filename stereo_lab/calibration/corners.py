@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import itertools
-import reprlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -17,6 +16,7 @@ from stereo_lab.calibration.finders import classic, sector
 from stereo_lab.errors import CalibrationError, StereoLabError
 from stereo_lab.recording import Board, StereoPair
 from stereo_lab.recording.bounds import CHARUCO, FEWEST_CORNERS, MARKER, MOST_CORNERS
+from stereo_lab.recording.sample import must_be_board
 
 SHOWN = 3  # pairs in which another board is looked for
 SMALLEST_PX = 16  # a side of a picture; OpenCV's finders stumble over less, and no board can be seen in it
@@ -46,11 +46,7 @@ def find_corners(image: np.ndarray, board: Board, finders: Sequence[Callable] | 
     StereoLabError
         If it is no picture, or of another type; or if the board is no Board.
     """
-    if not isinstance(board, Board):  # OpenCV takes a pair of counts
-        raise StereoLabError(
-            "Expected a board, as in Board(9, 6, 25.0), of 9x6 inner corners and squares of 25 mm; "
-            f"got {reprlib.repr(board)}."
-        )
+    must_be_board(board)  # OpenCV takes a pair of counts
     grey = _grey(image)
     if min(grey.shape) < SMALLEST_PX:
         return None

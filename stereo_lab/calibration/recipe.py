@@ -16,6 +16,7 @@ from stereo_lab.calibration.refusals import (
     check_different,
     check_enough,
     check_focal,
+    check_pairs,
     check_sides,
     check_spread,
     check_together,
@@ -57,6 +58,7 @@ def calibrate_stereo(
         If fewer than four pairs show the board, the board has another size, the boards do not tell where the
         cameras stand, or left and right are swapped.
     """
+    check_pairs(pairs)
     pairs = list(pairs)
     views, dropped, size = find_views(pairs, board, progress)
     check_enough([view for view in views if view.seen_by_both], pairs, board)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Sequence
 
 import numpy as np
@@ -19,6 +20,15 @@ STILL = 0.01  # of the picture's width: a board that moves less does not move
 CLEAR_PX = 0.3  # reprojection error that the pictures of a webcam allow; in larger pictures by as much more
 ROLLED_DEG = 30.0  # cameras turned so far against each other have no rows that could be made to match
 BLURRED_FOCAL_PERCENT = 5.0  # beyond, nothing that the cameras tell is worth a word
+
+
+def check_pairs(pairs: object) -> None:
+    """Refuse what holds no pairs: a board, a recording, a name."""
+    if isinstance(pairs, str) or not (hasattr(pairs, "__iter__") or hasattr(pairs, "__getitem__")):
+        raise CalibrationError(
+            'Expected pairs first, as recording.pairs("calibration") gives them, and then the board; '
+            f"got {reprlib.repr(pairs) if isinstance(pairs, str) else type(pairs).__name__}."
+        )
 
 
 def check_enough(found: Sequence[View], pairs: Sequence[StereoPair], board: Board, of: int = 0) -> None:

@@ -62,10 +62,13 @@ class TwoLinkArm:
         Raises
         ------
         StereoLabError
-            If the angles are no JointAngles.
+            If the angles are no JointAngles, or not of numbers.
         """
         must_be_angles(angles)
-        theta1, theta12 = np.radians(angles.theta1_deg), np.radians(np.add(angles.theta1_deg, angles.theta2_deg))
+        try:
+            theta1, theta12 = np.radians(angles.theta1_deg), np.radians(np.add(angles.theta1_deg, angles.theta2_deg))
+        except TypeError:
+            raise StereoLabError(f"Expected angles in degrees as numbers; got {angles}.") from None
         x_mm = self.l1_mm * np.cos(theta1) + self.l2_mm * np.cos(theta12)
         y_mm = self.l1_mm * np.sin(theta1) + self.l2_mm * np.sin(theta12)
         return x_mm, y_mm

@@ -16,6 +16,7 @@ from stereo_lab.errors import ArmError, StereoLabError, UnreachableTargetError
 from stereo_lab.kinematics import JointAngles
 from stereo_lab.live.tracker import Track
 from stereo_lab.recording import Position, Recording
+from stereo_lab.recording.model import must_be_recording
 
 if TYPE_CHECKING:
     from stereo_lab.arm import Arm
@@ -115,6 +116,7 @@ class Follower:
         if gap_mm < 0:
             raise StereoLabError(f"gap_mm: expected 0 mm or more, got {gap_mm:g}: the hand would push into the ball.")
         must_be_homed(arm, "its angles mean nothing before")
+        must_be_recording(recording)
         self.arm, self.predict, self.inverse, self.follows = arm, predict, inverse, True
         self._runs_on = run_on and bool(predict)
         self.stands, self.radius_mm = recording.registration, recording.ball.diameter_mm / 2

@@ -13,6 +13,7 @@ import numpy as np
 
 from stereo_lab.common.memory import keep_freed_memory
 from stereo_lab.common.threads import one_thread
+from stereo_lab.errors import StereoLabError
 from stereo_lab.live.follower import Follower, Step
 from stereo_lab.live.sources import Frame, StereoSource
 from stereo_lab.live.tracker import Track, Tracker
@@ -130,8 +131,12 @@ def run(
     Raises
     ------
     StereoLabError
-        If a camera falls silent, or the arm stops or does not answer.
+        If a camera falls silent, the arm stops or does not answer, or ``source`` is none.
     """
+    if not hasattr(source, "read"):
+        raise StereoLabError(
+            f"Expected a source of pictures first, as open_source gives it, and then the localizer; got {type(source).__name__}."
+        )
     tracker, usage, came, first_s = Tracker(localizer), Usage(), deque[float](maxlen=RATE_OVER + 1), None
     threads = contextlib.ExitStack()
     threads.enter_context(one_thread())  # windows of some pixels are not worth sharing out: more threads only wait

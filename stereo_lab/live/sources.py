@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ import numpy as np
 
 from stereo_lab.errors import StereoLabError
 from stereo_lab.recording import Recording, StereoPair, open_recording
+from stereo_lab.recording.model import must_be_recording
 
 if TYPE_CHECKING:
     from stereo_lab.arm import Arm
@@ -178,6 +180,8 @@ def _film(recording):
 
 def check_rate(rate_hz: float) -> None:
     """Refuse a rate that no camera has."""
+    if not isinstance(rate_hz, Real):
+        raise StereoLabError(f"Expected a number of pairs a second; got {rate_hz!r}.")
     if not LEAST_HZ <= rate_hz <= MOST_HZ:  # refuses NaN as well
         raise StereoLabError(f"Expected {LEAST_HZ:g} to {MOST_HZ:g} pairs a second; got {rate_hz:g}.")
 
@@ -224,6 +228,8 @@ def open_source(
         raise StereoLabError(
             f'Expected the name of a recording, "virtual", or two cameras as in "cameras:0,1"; got {name!r}.'
         )
+    if recording is not None:
+        must_be_recording(recording)
     words = str(name)
     kind, _, rest = words.partition(":")
     if kind == "virtual":

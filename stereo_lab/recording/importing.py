@@ -21,7 +21,7 @@ from stereo_lab.recording.model import PUT_BACK, Recording
 from stereo_lab.recording.opening import open_recording
 from stereo_lab.recording.pictures import PICTURES, read_image
 from stereo_lab.recording.places import check_name
-from stereo_lab.recording.sample import USUAL_BALL, Ball, Board
+from stereo_lab.recording.sample import USUAL_BALL, Ball, Board, must_be_board
 
 LIKE_PICTURES = (*PICTURES, ".bmp", ".tif", ".tiff", ".webp", ".pgm", ".ppm")  # endings of what OpenCV may read
 
@@ -121,6 +121,7 @@ def camera_facts(title: str, size: tuple[int, int], board: Board, ball: Ball) ->
 
 def _imported(halves, board, out, ball):
     """A recording of pairs of files, or of pairs of halves."""
+    must_be_board(board)
     size = _one_size([picture for pair in halves for picture in pair])
     _build_whole(out, halves, camera_facts(out.name, size, board, ball or USUAL_BALL))
     return open_recording(out.resolve())

@@ -23,14 +23,15 @@ USES = {**dict.fromkeys(SHARED_OUT, ("fit", "check")), "evaluation": ("plane", "
 
 
 def must_be_recording(recording: object) -> None:
-    """Refuse the name or the path of a recording where an opened one is asked for.
+    """Refuse the name or the path of a recording, or nothing, where an opened one is asked for.
 
     Raises
     ------
     StereoLabError
     """
-    if isinstance(recording, str | Path):
-        raise StereoLabError(f"Expected a recording, as open_recording gives it; got {str(recording)!r}.")
+    if isinstance(recording, str | Path | None):
+        got = recording if recording is None else str(recording)
+        raise StereoLabError(f"Expected a recording, as open_recording gives it; got {got!r}.")
 
 
 @dataclass(frozen=True)

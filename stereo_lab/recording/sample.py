@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import reprlib
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from stereo_lab.errors import RecordingError
+from stereo_lab.errors import RecordingError, StereoLabError
 from stereo_lab.recording.bounds import (
     CHARUCO,
     CHESSBOARD,
@@ -88,6 +89,20 @@ class Board:
         if self.kind == CHARUCO:
             return f"ChArUco board of {self.columns}x{self.rows} squares, {self.dictionary}"
         return f"board with {self.columns}x{self.rows} inner corners"
+
+
+def must_be_board(board: object) -> None:
+    """Refuse what is no board, such as a pair of counts.
+
+    Raises
+    ------
+    StereoLabError
+    """
+    if not isinstance(board, Board):
+        raise StereoLabError(
+            "Expected a board, as in Board(9, 6, 25.0), of 9x6 inner corners and squares of 25 mm; "
+            f"got {reprlib.repr(board)}."
+        )
 
 
 @dataclass(frozen=True)
