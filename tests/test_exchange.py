@@ -140,6 +140,8 @@ def test_what_is_wrong_is_a_sentence(calibration, files, tmp_path):
         (files[1:2], "expected two files"),
         ([files[1], tmp_path / "again.yaml"], "neither projection_matrix tells how far apart"),
         ([tmp_path / "fisheye.yaml", files[2]], "its lens model is equidistant"),
+        (files, "left.yaml and right.yaml are of ROS, and stereo.yml not: name stereo.yml alone, or"),
+        (files[1::-1], "left.yaml is of ROS, and stereo.yml not: name stereo.yml alone, or"),
         ([tmp_path / "half.yaml", files[2]], "neither YAML, XML or JSON that OpenCV wrote nor"),
         ([tmp_path / "nothing.yml"], "neither YAML"),
         ([tmp_path / "words.yml"], "neither YAML"),

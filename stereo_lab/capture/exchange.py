@@ -123,7 +123,14 @@ def import_calibration(files: Sequence[str | Path], unit: str | None = None) -> 
     if unit is not None and unit not in UNITS_MM:
         raise CalibrationError(f"Expected a unit of {', '.join(UNITS_MM)}; got {unit!r}.")
     texts = {str(path): read_bytes(path).decode("utf-8", "replace") for path in files}
-    ros = all("camera_matrix:" in text and "projection_matrix:" in text for text in texts.values())
+    ros = [name for name, text in texts.items() if "camera_matrix:" in text and "projection_matrix:" in text]
+    others = {name: text for name, text in texts.items() if name not in ros}
+    if ros and others:
+        _of_opencv(others, unit)  # whatever is wrong with these alone is told first
+        raise CalibrationError(
+            f"{_named(ros)} {'is' if len(ros) == 1 else 'are'} of ROS, and {_named(others)} not: name {_named(others)} alone, "
+            "or the left and the right camera_info of ROS."
+        )
     facts = _of_ros(texts, unit) if ros else _of_opencv(texts, unit)
     baseline = float(np.linalg.norm(facts["translation_mm"]))
     if not BASELINE_MM[0] <= baseline <= BASELINE_MM[1]:
