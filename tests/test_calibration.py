@@ -251,6 +251,14 @@ def test_wrong_board_size_is_named_of_one_picture(bench):
         calibrate_stereo(bench.pairs("calibration")[:1], Board(10, 7, 25.0))
 
 
+def test_a_wrong_board_size_is_told_after_a_few_pairs(bench, monkeypatch):
+    looked = []
+    monkeypatch.setattr("stereo_lab.calibration.search.find_corners", lambda *_: None)
+    with pytest.raises(CalibrationError, match="10x7 inner corners; the pictures show 9x6"):
+        find_views(bench.pairs("calibration"), Board(10, 7, 25.0), lambda done, total: looked.append(done))
+    assert looked == [1, 2, 3, 4, 5, 6]
+
+
 def test_too_few_boards(bench):
     with pytest.raises(CalibrationError, match="at least 4"):
         calibrate_stereo(bench.pairs("calibration")[:2], bench.board)

@@ -47,6 +47,12 @@ def check_enough(found: Sequence[View], pairs: Sequence[StereoPair], board: Boar
     )
 
 
+def check_shown(views: Sequence[View], pairs: Sequence[StereoPair], board: Board) -> None:
+    """Refuse another board than was told where pairs show that one and none of these views is of the one that was told."""
+    if not views:
+        check_board_size(pairs, board)
+
+
 def check_corners(views: Sequence[View], board: Board) -> None:
     """Refuse corners of another board."""
     expected = len(board.corners_mm), 2

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from stereo_lab.calibration.corners import find_corners, match_order
-from stereo_lab.calibration.refusals import check_enough, check_together
+from stereo_lab.calibration.refusals import check_enough, check_shown, check_together
 from stereo_lab.calibration.shapes import board_shapes
 from stereo_lab.calibration.start import first_rig
 from stereo_lab.calibration.views import View
@@ -19,6 +19,7 @@ NO_BOARD = {
     1: "no whole board in the {} picture; the other one still counts for its camera's lens",
     2: "no whole board in the {} and the {} picture",
 }
+GLIMPSE = 6  # pairs without the board after which another one is looked for: to find none takes longest
 SAMPLE = 24  # pairs that tell whether the others are worth the time
 
 
@@ -27,8 +28,8 @@ def find_views(
 ) -> tuple[list[View], list[tuple[str, str]], tuple[int, int]]:
     """Corners of every pair of which a camera sees the whole board.
 
-    Some pairs come first, picked by chance from all of them: where they show no board, or boards of two moments, the others
-    are not looked at.
+    Some pairs come first, picked by chance from all of them: where they show no board, or another one, or boards of two
+    moments, the others are not looked at.
 
     Returns
     -------
@@ -57,6 +58,8 @@ def find_views(
             views.append(_view(pair.name, on_left, on_right, board))
         if progress:
             progress(done, len(pairs))
+        if done == GLIMPSE < len(pairs):
+            check_shown(views, [pairs[k] for k in order[:done]], board)
         if done == len(first) < len(pairs):
             _check_sample(views, pairs, first, board, size)
     return views, dropped, size
