@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from stereo_lab.exercises.formulas import made_of
 from stereo_lab.exercises.near_misses import is_near_by, of_a_number
-from stereo_lab.exercises.reading import as_numbers, numbers_in, told_beside, without_bound
+from stereo_lab.exercises.reading import as_numbers, before_reason, numbers_in, told_beside, without_bound
 from stereo_lab.exercises.verdict import NOT_YET, PASS, Verdict, Wrong
 from stereo_lab.exercises.wording import a_kind, kind_of, say
 
@@ -127,6 +127,7 @@ class Number:
 
         "More than 180" is read as 180 where what is right is more.
         """
+        text = before_reason(text)
         plain, side = without_bound(text)
         if side and right.size == 1:
             bound = self._read(plain, right)

@@ -34,7 +34,7 @@ NO_NUMBERS = OPEN_WORDS - {"above", "below", "half"} | {
 }  # fmt: skip
 NOT_AFTER = "is|was|are|were|do|does|did|has|have|had|could|would|should|must|need"
 CODE = re.compile(
-    r"\s*[a-z]\d\s*$|\s*[-+]?[\d.]+\s*([*]|π|pi\b)|\s*[a-z_]\w*\s*[-+*/]\s*[\w(]|.*[a-z]\w*(\.[a-z_]|\[|\(|_\w)",
+    r"\s*[a-z]\d\s*$|\s*[-+]?[\d.]+\s*([*]|π|pi\b)|\s*[a-z_]\w*(?!\s+[-+]\d)\s*[-+*/]\s*[\w(]|.*[a-z]\w*(\.[a-z_]|\[|\(|_\w)",
     re.IGNORECASE,
 )
 # How exact a number is, beside it: "50 ± 1 mm"
@@ -232,8 +232,8 @@ def without_reason(text: str) -> str:
 
 
 def before_reason(text: str) -> str:
-    """What is said before words that begin a reason or what was not taken, and that begin nothing else."""
-    begins = r"\s(?:because|so that|instead of|rather than|to keep|to protect)\s"
+    """What is said before words, or an equation in brackets, that begin a reason or what was not taken, and that begin nothing else."""
+    begins = r"\s(?:because|since|so that|instead of|rather than|to keep|to protect)\s|,\s*as\s(?!\w+ as\b|before\b)|\s\((?=.*=)"
     return re.split(begins, text, maxsplit=1, flags=re.IGNORECASE)[0].rstrip(" ,;")
 
 
