@@ -22,7 +22,7 @@ def functions():
 def typed(question, line):
     """A function of the solution's first line and another formula, as a learner types it."""
     head = next(part for part in question.code.splitlines() if part.startswith("def "))
-    scope = {**vars(math), "np": np, "math": math, "radians": math.radians}
+    scope = {**vars(math), "np": np, "math": math, "radians": math.radians, "d_px": 60.0}  # d_px: of a cell above
     exec(f"{head}\n    {line}", scope)
     return scope[head[4:].partition("(")[0]]
 
@@ -38,6 +38,8 @@ def typed(question, line):
          "brackets are missing round pixels - pixels.mean()"),
         ("3.3", "return ((pixels - np.median(pixels)) * (lengths_mm - np.median(lengths_mm))).sum() / ((pixels - np.median(pixels))**2).sum()",
          "the median stands where the mean belongs"),
+        ("4.5", "return baseline_mm * focal_px / (d_px - 1) - z_mm", "d_px comes from a cell above and is the same in every try"),
+        ("4.5", "return baseline_mm * focal_px / (z_mm * focal_px / baseline_mm - 5) - z_mm", "focal_px hardly counts in your result, and belongs below"),
         ("5.2", "t = theta1_deg + theta2_deg; s = radians(theta1_deg); return l1 * cos(s) + l2 * cos(t), l1 * sin(s) + l2 * sin(t)",
          "radians() is left out round theta1_deg + theta2_deg"),
         ("5.3", "return degrees(acos((x**2 + y**2 - l1**2 - l2**2) / (l1 * l2)))", "2 is left out"),

@@ -134,6 +134,8 @@ def _power(tries, first, room):
 def _of_powers(name, yours, should):
     """What to say where an argument counts with another power than it should."""
     does = {0.5: "stands under a root", 1.0: "counts once", 2.0: "is squared", 3.0: "is taken to the power of three"}
+    if not yours:
+        return f"{name} hardly counts in your result, and belongs {'above' if should > 0 else 'below'} the line."
     mine = does.get(abs(yours), f"is taken to the power of {abs(yours):g}")
     its = {0.5: "stand under a root", 1.0: "count once", 2.0: "be squared"}.get(
         abs(should), f"be taken to the power of {abs(should):g}"

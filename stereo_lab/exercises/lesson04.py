@@ -258,6 +258,7 @@ def _one_pixel(tries):
                 ),
                 Wrong(lambda z, f, b: b * f / (b * f / z - 0.5) - z, "that is for half a pixel: take a whole one from the disparity."),
                 Wrong(lambda z, f, b: b * f / (b * f / z + 1) - z, "that is one pixel more, and so the ball is nearer: below zero. Take a pixel from the disparity."),
+                Wrong(lambda z, f, b: b * f / (z * f / b - 1) - z, "the disparity is upside down: in d = B·f/Z it is Z that stands below the line."),
                 Wrong(lambda z, f, b: b * f / (z - 1), "depth_mm takes a disparity, and z_mm is a depth. First d = B·f/Z, then depth_mm of d − 1, less z_mm."),
                 Wrong(lambda z, f, b: b * f / (z - 1) - z, "the pixel is taken from the disparity, not from the depth: first d = B·f/Z, then d − 1."),
                 Wrong(lambda z, f, b: b * f / z - b * f / (z - 1), "depth_mm takes a disparity. First d = B·f/Z, then d − 1."),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dis
+import math
 import re
 import warnings
 from collections.abc import Callable, Sequence
@@ -63,7 +64,7 @@ def of_a_function(function: Callable, kind: Function, outputs: Sequence[Any]) ->
     told = rounded_number(function, right, inputs) or _rounds(function, right, inputs, given, wanted)
     told = told or _relation(given, wanted, max(room, NEAR))
     told = told or _arguments(function, right, inputs, given, names)
-    told = told or slip(1)
+    told = told or slip(1) or _from_above(function)
     names = ["" if name in held else name for name in names]
     told = told or as_if(right, inputs, given, names, parts)
     if few:
@@ -188,6 +189,17 @@ def _arguments(function, right, inputs, given, names):
             return f"{told}: is something rounded or cut off on the way, or does it cancel?"
         return f"{told}. Use the names in the brackets of the def line: {', '.join(names)}."
     return ""
+
+
+def _from_above(function):
+    """What to say of a function that counts with a number from a cell above; "" of all others."""
+    above, code = getattr(function, "__globals__", {}), getattr(function, "__code__", None)
+    named = [name for name in getattr(code, "co_names", ()) if not hasattr(math, name)]
+    name = next((name for name in named if isinstance(above.get(name), (int, float))), "")
+    return (
+        name
+        and f"{name} comes from a cell above and is the same in every try. Work it out inside, from the names in the brackets of the def line."
+    )
 
 
 def _used_in(function):
