@@ -213,6 +213,12 @@ def test_blank_stays_a_blank():
     assert judge(Number(1.0, 0.1), [1, ____]).status == "NOT ATTEMPTED"
 
 
+def test_a_thing_that_is_no_number_names_those_it_holds(bench):
+    told = judge(Number(2.0, 0.1, "mm"), calibrate_recording(bench)).text
+    assert ".baseline_mm" in told and ".focal_px" in told and ".image_size" not in told
+    assert judge(Number(2.0, 0.1, "mm"), bench.samples("depth")[0]).text.endswith("this is a Sample.")
+
+
 def test_progress_is_counted(capsys):
     number = dict(asks="?", hints=("a", "b", "c ____"), code="x = 1", reason="so", reference=1.0)
     first, second = lesson("77", dict(number, answer=Number(1.0, 0.1)), dict(number, answer=Number(2.0, 0.1)))
@@ -232,7 +238,7 @@ def test_progress_is_counted(capsys):
         (Number(2.0, 0.1, "mm"), "2 and -2", "in this text there are 2"),
         (Number(200.0, 20.0, "degrees"), -190, "the sign is turned"),
         (Number(2.0, 0.1, "mm", beside=((".*far.*", "how far?"),)), "Very far.", "how far?"),
-        (Number(2.0, 0.1, "mm"), LineFit(2.0, 1.0, (0.0,)), "Take a number out of it: .slope_mm_per_px"),
+        (Number(2.0, 0.1, "mm"), LineFit(2.0, 1.0, (0.0,)), "Take a number out of it: .offset_mm, .slope_mm_per_px."),
         (Number((9, 6), 0, labels=(("across",), ("down",))), (4, 7), "across 4 is too few, down 7 is too many"),
         (Choice("up", (Wrong("down", "no"),), "yes"), "0", "a number is no answer here"),
         (Command("MV 2 -30"), "MV 1 2 -30", "one line turns one joint"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import re
 from dataclasses import dataclass, field
@@ -58,10 +59,9 @@ class Number:
         """PASS within the tolerance; else what is wrong, by name where the mistake is known."""
         right = np.asarray(self.right, float)
         if dataclasses.is_dataclass(answer) and not isinstance(answer, type):
-            has = ", ".join(f".{part.name}" for part in dataclasses.fields(answer))
-            return Verdict(
-                NOT_YET, f"expected {kind_of(right)}, this is {a_kind(answer)}. Take a number out of it: {has}."
-            )
+            has = ", ".join(f".{name}" for name in _numbers_of(answer))
+            told = f" Take a number out of it: {has}." if has else ""
+            return Verdict(NOT_YET, f"expected {kind_of(right)}, this is {a_kind(answer)}.{told}")
         if issubclass(type(answer), str):
             if message := told_beside(answer, self.beside):
                 return Verdict(NOT_YET, message)
@@ -193,6 +193,16 @@ class Number:
             return f"{told} is near, and not right yet: is something rounded, read off by eye, or copied wrongly?"
         size, means = ("large", self.large) if number > wanted else ("small", self.small)
         return relation or f"{told} is too {size}{': ' if means else '. '}{means or self.ask}".strip()
+
+
+def _numbers_of(thing):
+    """The names, fields and properties, under which a thing holds a number."""
+    names = []
+    for name in dir(thing):
+        with contextlib.suppress(Exception):  # a property may fail
+            if not name.startswith("_") and isinstance(getattr(thing, name), (int, float, np.number)):
+                names.append(name)
+    return names
 
 
 def _is_rounded(value, number):
