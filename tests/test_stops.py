@@ -24,7 +24,10 @@ def run(bench, monkeypatch, capsys):
         ("pixel['red']", "a whole number"),
         ("doubles", "Python knows no doubles here"),
         ("pi", "from math import pi"),
-        ("math.pi", "nobody told Python of math yet: write import math in a cell above"),
+        (
+            "math.pi",
+            "yet. Run the cells above this one first. Where none of them imports it, write import math in a cell above",
+        ),
         ("1 / 0", "below a line is zero"),
     ],
 )

@@ -35,6 +35,7 @@ def _meaning(error: Exception) -> str:
     if isinstance(error, StereoLabError):
         return ""
     known = meaning_of(error).replace("above your function", "in a cell above")
+    known = known.replace("yet: write", "yet. Run the cells above this one first. Where none of them imports it, write")
     if known or not isinstance(error, NameError) or isinstance(error, UnboundLocalError):
         return known
     name = error.name or "this name"
