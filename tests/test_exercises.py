@@ -516,7 +516,7 @@ def test_the_form_of_a_right_answer_does_not_matter(kind, answer):
         (Number(115.65, 0.12, "px", (Wrong(115.86, "up and down as well"),)), 116, "rounded too much"),
         (Number(115.65, 0.12, "px", (Wrong(115.86, "up and down as well"),)), 115.9, "up and down as well"),
         (Function(lambda x: x / x.sum(), ((np.array([1.0, 3.0]),), (np.array([1.0, 3.0, 5.0]),)), 1e-6), lambda x: x / x.cumsum(), "for x = (1, 3) it gives (1, 0.75)"),
-        (Function(lambda x: x / x.sum(), ((np.array([1.0, 3.0]),),), 1e-6), lambda x: (x / x.sum()).mean(), "Is a sum or a mean taken that is not asked for?"),
+        (Function(lambda x: x / x.sum(), ((np.array([1.0, 3.0]),),), 1e-6), lambda x: (x / x.sum()).mean(), "one for each is asked for. Is an index, a sum or a mean taken"),
         (Function(lambda x: np.exp(x), ((np.array([1.0, 3.0]),),), 1e-6), lambda x: exp(x), "write np.exp"),  # noqa: F821
         (Function(lambda x: np.log(x), ((np.array([1.0, 3.0]),),), 1e-6), lambda x: np.log(-x), "a root or a logarithm is taken of a number below zero"),
         (Function(lambda x: 1 / x, ((5.0,), (8.0,)), 1e-6, also=(lambda x: 1 / (x + 0.01),)), lambda x: -1 / (x + 0.01), "right but for its sign"),

@@ -154,9 +154,12 @@ class Function:
 
     def _asked(self):
         """What the function is to give back, in words."""
-        right = np.asarray(self.right(*self.inputs[0]))
+        given = self.right(*self.inputs[0])
+        right = np.asarray(given)
         if right.dtype == bool:
             return "True or False" if right.ndim == 0 else "True or False for each"
+        if isinstance(given, np.ndarray):  # as many as come in: how many the tries have, says nothing to a learner
+            return "the numbers themselves, one for each"
         return "the number itself" if right.size == 1 else f"the {right.size} numbers themselves"
 
     def _compare(self, answer, outputs):

@@ -223,7 +223,7 @@ def _unknowns():
             "three unknowns, three equations: solved exactly, with nothing left to check it by.",
             beside=(
                 (r"(as|one|1|a sample|an equation)( many| sample| equation)? (as|for|per) (there are )?(each |every )?(of )?(unknowns?|parameters?|m, ?n,? ?(and )?c\b)( numbers?)?( there are)?", "yes. How many are they: which letters of Eq. 4 are neither Z nor d?"),
-                (r"(3|three)\W+(for )?m, ?n,? ?(and )?c\)?|m, ?n,? ?(and )?c\W+(3|three)", "count them, and write the number alone."),
+                (r"(3|three)\W+((for )?m, ?n,? ?(and )?c\)?|one (for|per) (each )?unknown)|m, ?n,? ?(and )?c\W+(3|three)", "so many, yes. Write the number alone."),
                 (r"(3|three) (\w+ )?(per|each|for (each|every)|times|squared|cubed|(are|is) (too|not)|too few)\b.*", "each sample gives one equation. How many numbers of Eq. 4 are unknown? So many samples in all: write the number alone."),
                 (r"(at most|up to|no more than|fewer than|less than|not more than|[<≤]|>(?!=)).*", "more are welcome: they make the fit better. How many does Eq. 4 need at least?"),
                 (r"(as )?(many|more|all|every)(?!.*three)\D*", "more samples make the fit better. How many does Eq. 4 need at least?"),

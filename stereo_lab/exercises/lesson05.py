@@ -343,6 +343,7 @@ def _other_elbow():
             beside=(
                 ("(elbow )?(up|down)", "that is its name. How many degrees has θ2 in it?"),
                 ("negative|minus|mirrored|the opposite", "yes, and how many degrees?"),
+                (r"70\W*(degrees\W*)?(but |with |on )*(a |the )?(negative|minus|mirrored|other (way|side))", "yes. Write it as a number, with its sign."),
                 ("(the )?same", "the same θ2 is the same elbow. The other one is its mirror image: how many degrees?"),
             ),
             ask="In the other pose the arm is its own mirror image, at the line from shoulder to hand. How is θ2 counted there?",

@@ -311,7 +311,7 @@ def _judged_on():
 
 
 def _rule_of_three():
-    tries = ((30,), (100,), (300,), (1000,))
+    tries = ((30,), (100,), (400,), (1000,))  # not 300: there 1 %, a share of 1, is right by chance
     laws = (
         lambda n: 100 * (1 - 0.05 ** (1 / n)),
         lambda n: 100 * (1 - np.exp(-3 / n)),
@@ -328,7 +328,7 @@ def _rule_of_three():
             (
                 *(Wrong(lambda n, law=law: law(n) / 100, is_a_share) for law in laws),
                 Wrong(lambda n: 100 * (1 - 0.95 ** (1 / n)), "so rare that none shows 95 times of 100. How frequent may it be so that none shows 5 times of 100?"),
-                Wrong(lambda n: 100 * (1 - 0.05**1 / n), "brackets are missing round 1 / n: ** comes before /."),
+                *(Wrong(lambda n, of=of: of * (1 - 0.05**1 / n), "brackets are missing round 1 / n: ** comes before /.") for of in (1, 100)),
                 Wrong(lambda n: 100 * 0.05 ** (1 / n), "that is 1 − q, the share of pictures that are rightly left empty. q is asked for."),
                 Wrong(lambda n: 0.05 ** (1 / n), "that is 1 − q, the share of pictures that are rightly left empty. q is asked for."),
                 Wrong(lambda n: 100 * 0.95**n, "that is how often none of n shows when each shows with 5 %. Asked for is q, not how often."),

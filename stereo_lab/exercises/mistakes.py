@@ -51,7 +51,7 @@ def of_a_function(function: Callable, kind: Function, outputs: Sequence[Any]) ->
         sum_or_mean = " Is a sum or a mean missing?" if asked == 1 and count > 3 else ""
         comma = f" {asked} numbers stand with a comma between them." if count == 1 < asked <= 3 else ""
         if count == 1 < asked and isinstance(right(*inputs[0]), np.ndarray):
-            comma = " Is a sum or a mean taken that is not asked for?"
+            return "it gives one number, and one for each is asked for. Is an index, a sum or a mean taken that is not asked for?"
         return f"it gives {_count(count)}, and {_asked(asked)} asked for.{sum_or_mean}{comma}"
     given, wanted = [g.ravel() for g in given], [w.ravel().astype(float) for w in wanted]
     if any(np.isnan(g).any() for g in given):
