@@ -17,15 +17,16 @@ CENTERS = ((10.0, 10.0, 13.0, 14.0), (100.0, 50.0, 100.25, 50.5), (20.0, 30.0, 2
 POINTS = "((many|several|single) )?(points|dots|spots)"
 # Rings that votes towards the bright side do not draw; half the ball's own size may be right
 OTHER_RINGS = (
-    ".*(outside|beyond|(on|at) (the|its) (rim|edge)|round the (rim|edge|ball)|everywhere|all over"
+    ".*(outside|beyond|(on|at|where) (the|its) (rim|edge)|round the (rim|edge|ball(?!'s c))|everywhere|everything|all over"
     r"|\b(two|three|many|several|lots of)( \w+)? (rings|circles)|rings? in(side)? (a )?rings?|r ?[+] ?r).*"
 )
 ITS_OWN_RING = (
-    r"(?!.*\b(half|but smaller)\b).*(\b(same|original) (circle|ring|radius|size|diameter)|\b(again|as before)\b"
-    "|((size|radius|diameter|circle) of|as (large|big) as) the (ball|circle|rim)"
+    r"(?!.*\b(half|smaller)\b).*(\b(same|original) (circle|ring|radius|size|diameter)|\b(again|as before)\b"
+    "|(size|radius|diameter|circle) of the (ball|circle|rim)"
     "|(ball|circle)('s)? (own )?(size|radius|diameter|circle|rim)"
     r"|\b(radius|diameter) (of |is )?(2 ?[*·]? ?)?r\b(?! ?([-−–/]|minus|less))).*"
 )
+LARGE_RING = r"(?=.*\b(ring|circle))(?!.*\b(half|smaller|filled)\b).*\b(big|large|huge|wide|double|twice|enlarged).*"
 
 
 def questions(recording: Recording) -> tuple[Question, ...]:
@@ -226,7 +227,7 @@ def _peak():
                     "((of|with) )?half (of )?(the |its |as )?(radius|size|diameter|large|big)( as)?( (of )?the (ball|rim|circle))?",
                     "",
                 ),
-                ("(circle|ring),? ((that is )?smaller than the (ball|rim|outline|circle)|but smaller)", "ring"),
+                (r"(circle|ring),? \(?((that is )?smaller than the (ball|rim|outline|circle)|but smaller)\)?", "ring"),
                 ("((of|with) )?(an? )?smaller (radius|size|diameter)( than the (ball|rim|circle))?", ""),
                 (
                     f"(circle|ring) of {POINTS}|{POINTS} (on|in|along|round|forming|that form) an? ((small|smaller) )?(circle|ring)",
@@ -239,7 +240,7 @@ def _peak():
                 ),
                 (
                     "((hollow|empty|small|smaller|thin|round|tiny|little|one) )*(circles?|rings?|donut|doughnut|hoop|loop|annulus|round line)"
-                    "( with a hole| with nothing inside)?( ((a)?round|about) (the|its) (centre|center|middle))?",
+                    "( with a hole| with nothing inside)?( ((a)?round|about) (the( ball's)?|its) (centre|center|middle))?",
                     "ring",
                 ),
                 ("((one|a|big|small|smaller|tiny|single) )*(dot|spot|points?|dots|peak)", "point"),
@@ -247,7 +248,7 @@ def _peak():
             ),
             not_meant=(
                 (
-                    f"{OTHER_RINGS}|{ITS_OWN_RING}",
+                    f"{OTHER_RINGS}|{ITS_OWN_RING}|{LARGE_RING}",
                     "which ring? Every vote goes inwards, by a radius r that is too small: how far from the centre does it end?",
                 ),
                 (
