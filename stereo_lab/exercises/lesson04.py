@@ -135,7 +135,7 @@ def _twice_as_far():
         hints=(
             "Look at the figure: two triangles of the same shape.",
             "The baseline stays. At twice the depth it is seen under about half the angle.",
-            'twice_as_far = "____"   # halves, doubles, stays or shrinks by a fixed number',
+            'twice_as_far = "____"   # halves, quarters, doubles, stays or shrinks by a fixed number',
         ),
         code='twice_as_far = "halves"',
         reason="Z = B·f/d: depth and disparity are inverse to each other.",

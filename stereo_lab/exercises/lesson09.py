@@ -379,13 +379,16 @@ def _fooled():
                 Wrong("unique", "it is still the only red thing, or not: the lamp changes nothing there."),
                 Wrong("overflow", "the colour ends at the rim as before."),
             ),
-            "a ball is lighter on one side, and in even light it is not. *dark* goes with it.",
+            "a ball is lighter on one side, and in even light it is not. The piece \"dark\" goes with it.",
             same=(
                 ("(the )?shad(e|ow|ows|ing|ed side)|schade", "shade"), ("(the )?(light|lighter|bright|brighter|dark|darker)( and dark)? side", "shade"),
                 ("((the ball|it) is )?(lighter|brighter|darker) on one side|one side (is )?(lighter|brighter|darker)( than the other( side)?)?", "shade"),
                 ("(the )?shade,? ?(and |\\(and )?(the )?dark\\)?|(the )?dark,? ?(and )?(the )?shade|dark", "shade"), ("(the )?outline|(the )?shape", "lobes"), ("(the )?edge", "rim"),
             ),
-            not_meant=(("(the )?(colou?r.? shade|shade of (the )?(colou?r|red)).*", "it is as red as before. Which piece of evidence looks at light and dark on the ball?"),),
+            not_meant=(
+                ("(the )?(colou?r.? shade|shade of (the )?(colou?r|red)).*", "it is as red as before. Which piece of evidence looks at light and dark on the ball?"),
+                ("(the )?(ball's |cast )?shadows? (of the ball|(on|under|behind) the (?!ball).*)", "what lies beside the ball is no part of it. Which piece of evidence looks at light and dark on the ball?"),
+            ),
             beside=(
                 ("((the )?(contrast|difference) )?((between|of|in) )?(the )?(light|bright) and (the )?dark.*", "light and dark on the ball, yes. Which piece of evidence looks at that? Contrast asks how red it is, beside what is round it."),
                 ("(the )?(light|lighting|lamp|brightness|lightness|sun|highlights?|bright spot)", "that is what changes. Which piece of evidence looks at light and dark on the ball?"),
