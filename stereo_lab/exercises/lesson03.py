@@ -45,13 +45,14 @@ def _sign():
             ),
             "v grows downwards in a picture, y grows upwards on the bench.",
             same=(
+                ("row (0|zero)", ""),  # a reason, and no slope
                 ("(less|smaller|lower) than (zero|0)|(under|below) (zero|0)|negative|minus|(m ?)?<=? ?(0|zero)|(0|zero) ?>=? ?m", "below"),
                 ("(more|larger|bigger|greater|higher) than (zero|0)|(over|above) (zero|0)|positive|plus|(m ?)?>=? ?(0|zero)|(0|zero) ?<=? ?m", "above"),
                 ("(0|zero) ?=+ ?m|0|(m ?)?=+ ?(0|zero)|flat|level|neither", "zero"),
             ),
             not_meant=(
                 (r".*\bnon-? ?(negative|positive|zero).*|minus minus", "say it straight: is m above zero, below zero, or zero itself?"),
-                (r"((it|m|the slope) is )?(below|under|above|over) ((minus )?(one|two|[1-9][\d.]*)|the (shoulder|arm|ball|bench|picture|camera|line|axis|middle))", "compare it with zero: is m a number above zero, or below?"),
+                (r"((it|m|the slope) is )?(below|under|above|over) ((minus )?(one|two|[1-9][\d.]*)|the (?!zero|0).*|ground|[xyuv])", "compare it with zero: is m a number above zero, or below?"),
             ),
             beside=(
                 ("(it |that )?(depends|varies|changes).*", "a straight line has one slope, everywhere. Look at the table: v grows, and y?"),

@@ -11,7 +11,7 @@ from stereo_lab.recording import Recording, open_recording
 
 A_LENGTH = "the area of its picture does. The disparity is a length: once, not squared."
 SMALLER = "((gets |is |becomes )?(smaller|shorter|less)|shrinks?|decreases|falls|drops|goes down)"
-ANOTHER = "(z|the depth|depth|(the |its )?distance|(the )?baseline|(the )?focal length)"  # than the disparity
+ANOTHER = "(z|(the |its )?(depth|distance( to the ball)?|baseline|focal length|error|time|ball))"  # than the disparity
 
 
 def questions(recording: Recording) -> tuple[Question, ...]:
@@ -56,7 +56,7 @@ def _twice_as_far():
                 ),
                 (f"{SMALLER} by (the same|a fixed|a constant|an equal) amount", "shrinks by a fixed number"),
                 (
-                    f"half as (large|big|much|far|wide)|(is )?inversely proportional|{SMALLER} (by|to) (half|a factor( of)? (2|two))|halve|(gets |is |becomes |goes )?(to |down to )?(halved|halfs|half)( of it)?|(is )?(divide[sd]? by|cut in) (2|two)|(only|just) half|[dδ] ?/ ?2|1/2|0.5|50 ?%",
+                    f"half as (large|big|much|far|wide)|(is )?inversely proportional|{SMALLER} (by|to) (half|a factor( of)? (2|two))|halve|(gets |is |becomes |goes )?(to |down to )?(halved|halfs|half)( of it)?|(is )?(divide[sd]? by|cut in) (2|two)|(only|just) half|[dδ]? ?[/:÷] ?2|1/2|0.5|50 ?(%|percent)( smaller| less)?",
                     "halves",
                 ),
                 ("(a |one )?quarter|four times smaller|1/4|0.25", "quarters"),
@@ -74,7 +74,7 @@ def _twice_as_far():
                 ("(it )?halves,? (and )?(then )?(it )?(halves )?again", A_LENGTH),
                 (
                     f"((it )?(halves|half|half of) )?{ANOTHER}( halves| is halved)?",
-                    "another length than the one asked for. The depth is doubled: what does the disparity do?",
+                    "another thing than the one asked for. The depth is doubled: what does the disparity do?",
                 ),
                 (
                     "(it )?(halves|is halved|half) (every|each|for|per|with) .*(metre|meter|millimetre|mm|cm|pixel|px|step)s?",
