@@ -38,7 +38,7 @@ def typed(question, line):
          "brackets are missing round pixels - pixels.mean()"),
         ("3.3", "return ((pixels - np.median(pixels)) * (lengths_mm - np.median(lengths_mm))).sum() / ((pixels - np.median(pixels))**2).sum()",
          "the median stands where the mean belongs"),
-        ("4.5", "return baseline_mm * focal_px / (d_px - 1) - z_mm", "d_px comes from a cell above and is the same in every try"),
+        ("4.5", "return baseline_mm * focal_px / (d_px - 1) - z_mm", "d_px comes from a cell above and is the same whatever comes in"),
         ("4.5", "return baseline_mm * focal_px / (z_mm * focal_px / baseline_mm - 5) - z_mm", "focal_px hardly counts in your result, and belongs below"),
         ("5.2", "t = theta1_deg + theta2_deg; s = radians(theta1_deg); return l1 * cos(s) + l2 * cos(t), l1 * sin(s) + l2 * sin(t)",
          "radians() is left out round theta1_deg + theta2_deg"),

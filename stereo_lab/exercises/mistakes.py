@@ -194,11 +194,12 @@ def _arguments(function, right, inputs, given, names):
 def _from_above(function):
     """What to say of a function that counts with a number from a cell above; "" of all others."""
     above, code = getattr(function, "__globals__", {}), getattr(function, "__code__", None)
-    named = [name for name in getattr(code, "co_names", ()) if not hasattr(math, name)]
-    name = next((name for name in named if isinstance(above.get(name), (int, float))), "")
+    named = [step.argval for step in dis.get_instructions(code) if step.opname == "LOAD_GLOBAL"] if code else []
+    numbers = (name for name in named if isinstance(above.get(name), (int, float)) and not hasattr(math, name))
+    name = next(numbers, "")
     return (
         name
-        and f"{name} comes from a cell above and is the same in every try. Work it out inside, from the names in the brackets of the def line."
+        and f"{name} comes from a cell above and is the same whatever comes in. Work it out inside, from the names in the brackets of the def line."
     )
 
 
