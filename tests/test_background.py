@@ -34,8 +34,11 @@ def shelf(rng):
     return cv2.GaussianBlur(room, (0, 0), 0.7)
 
 
-def put(room, u, v, r):
-    """A ball in the room, lit from above: exactly what its cone of rays covers, blurred by the lens."""
+def put(room, u, v, r, gloss=0.0):
+    """A ball in the room, lit from above: exactly what its cone of rays covers, blurred by the lens.
+
+    Of one with gloss 1 the rim mirrors the room as plastic does.
+    """
     (focal, _, middle_u), (_, _, middle_v), _ = CAMERA[0]
     ray = np.array([(u - middle_u) / focal, (v - middle_v) / focal, 1.0])
     axis = ray / np.linalg.norm(ray) * np.hypot(1, r / focal)
@@ -43,11 +46,16 @@ def put(room, u, v, r):
     y, x = (np.mgrid[: side * FINE, : side * FINE] + 0.5) / FINE - 0.5
     rays = np.stack([(x + left - middle_u) / focal, (y + top - middle_v) / focal, np.ones_like(x)], -1)
     fine = (rays @ axis >= np.linalg.norm(rays, axis=-1)).astype(np.float32)
-    covered = np.zeros((HEIGHT, WIDTH, 1))
-    blurred = cv2.resize(cv2.GaussianBlur(fine, (0, 0), 0.6 * FINE), (side, side), interpolation=cv2.INTER_AREA)
-    covered[top : top + side, left : left + side, 0] = blurred
+    middle = rays @ axis / np.linalg.norm(rays, axis=-1) / np.linalg.norm(axis)
+    out = np.sqrt((1 - middle**2) / (1 - 1 / (axis @ axis)))  # radii from its middle
+    mirrors = gloss * fine * (1 - np.sqrt(np.clip(1 - out**2, 0, 1))) ** 5
+    covered, mirrored = (np.zeros((HEIGHT, WIDTH, 1)) for _ in range(2))
+    for whole, part in ((covered, fine), (mirrored, mirrors.astype(np.float32))):
+        blurred = cv2.resize(cv2.GaussianBlur(part, (0, 0), 0.6 * FINE), (side, side), interpolation=cv2.INTER_AREA)
+        whole[top : top + side, left : left + side, 0] = blurred
     below = (np.mgrid[:HEIGHT, :WIDTH][0] - v)[..., None] / r
-    return room + covered * (ORANGE * (0.7 - 0.4 * below) - room)
+    ball = ORANGE * (0.7 - 0.4 * below)
+    return room + covered * (ball - room) + mirrored * (room.mean((0, 1)) - ball)
 
 
 def taken(light, rng, gain=1.0):
@@ -82,6 +90,26 @@ def test_the_edge_of_a_book_is_no_edge_of_the_ball(books):
     better, before = np.mean(fitted, axis=0)
     assert better < 0.1 and better < 0.5 * before
     assert all(abs(better.radius_px - true[2]) < 0.3 for better, _, true in found if better is not None)
+
+
+@pytest.mark.parametrize("gloss", [0, 1])
+def test_a_rim_that_mirrors_the_room_is_the_balls(monkeypatch, gloss):
+    """A ring of the room's light round the ball makes it no smaller, where so much is taken for mirrored as is."""
+    rng = np.random.default_rng(5)
+    room, detector = shelf(rng), BallDetector("orange", camera=CAMERA)
+    background = median_picture([taken(room, rng) for _ in range(9)])
+    radii = {0: [], 1: []}
+    for _ in range(12):
+        u, v, r = rng.uniform(60, 260), rng.uniform(60, 180), rng.uniform(8, 13)
+        image = taken(put(room, u, v, r, gloss), rng)
+        ball = detector.detect(image)
+        for taken_for in radii:
+            monkeypatch.setattr("stereo_lab.localization.background.GLOSS", taken_for)
+            if fitted := fit_on_background(background, image, ball):
+                radii[taken_for].append(fitted.radius_px - r)
+    right, wrong = (np.mean(radii[taken_for]) for taken_for in (gloss, 1 - gloss))
+    assert len(radii[gloss]) >= 10
+    assert abs(right) < 0.1 < abs(wrong) and np.sign(wrong) == (-1 if gloss else 1)
 
 
 def test_it_tells_how_sure_it_is(books):

@@ -2,6 +2,9 @@
 
 In a pixel at the rim the light of both is mixed, I = αF + (1 − α)B: F is the ball's light, B the background's, and α the
 part of the pixel that the ball covers. Where B is known, the edge of a book behind the ball is not taken for its rim.
+
+Close to its rim a ball shows less of itself: seen at so flat an angle, its surface mirrors the room (Fresnel). Taken for the
+background, that ring would make the ball too small, and move it where things of other light lie behind its two sides.
 """
 
 from __future__ import annotations
@@ -33,6 +36,7 @@ LEAST_NOISE = np.array([0.5, 0.5, 0.5, 0.5, 0.3, 0.3])  # whole numbers are stor
 AGREE, SAME, CLEAR = 0.75, 2.5, 5.5
 # A shadow or a highlight on the ball, of which the fit knows nothing, changes light more than colour
 COUNTS = np.array([1, 1, 1, 1, 2, 2])
+GLOSS = 0.5  # a smooth ball mirrors by 1, a matt one by 0, and nobody tells which it is: half way neither is far off
 FAR_OFF = 4.0  # medians: what is explained so badly is no ball, but its stand or a finger
 ROUNDS = 4
 # Errors of neighbouring pixels go together (colour mosaic, sharpening, JPEG), and no ball's light changes quite evenly:
@@ -44,8 +48,10 @@ MOVED_PX, MOVED = 1.0, 0.25  # px and radii: so far from where it was found it i
 LIGHT_AND_COLOR = np.concatenate([LUMA, CR, CB])
 NO_EDGES = np.zeros(RAYS)
 EACH_COLOR = np.eye(3)[:, None, :, None, None]
-BEYOND = np.linspace(-4, 4, 161)
+BEYOND = np.linspace(-6, 6, 241)  # standard deviations of the blur
+STEP_PX = (BEYOND[1] - BEYOND[0]) * BLUR_PX
 COVERED = np.array([0.5 * math.erfc(x / 2**0.5) for x in BEYOND])
+BLUR = np.exp(-np.square(BEYOND) / 2) / np.exp(-np.square(BEYOND) / 2).sum()
 
 
 def backgrounds_of(samples: Sequence[Sample], diameter_mm: float) -> tuple[np.ndarray, ...]:
@@ -130,7 +136,7 @@ class _Rim(NamedTuple):
 
     ``r``: of the circle they lie round, px; ``rays`` through the pixels, shape (3, 4, N); ``evenly``: 1, how far to the right
     and how far down they lie, radii, (3, 4, N). Blue, green and red: what is ``stored`` in the picture, and the light of what is
-    ``behind``, (3, 4, N). ``noise`` of what is compared, (6, 1).
+    ``behind``, (3, 4, N). ``mirrors``: what part of its light a ball so large mirrors at BEYOND. ``noise`` of what is compared, (6, 1).
     """
 
     r: float
@@ -138,6 +144,7 @@ class _Rim(NamedTuple):
     evenly: np.ndarray
     stored: np.ndarray
     behind: np.ndarray
+    mirrors: np.ndarray
     noise: np.ndarray
 
 
@@ -164,7 +171,19 @@ def _rim(background, image, cone):
     if np.quantile(away[around], AGREE) > SAME or np.median(away[inside]) < CLEAR:
         return None
     evenly = np.stack([np.ones(rows.shape), (columns - u) / r, (rows - v) / r])
-    return _Rim(r, *(told[..., near] for told in (rays, evenly, stored, behind)), noise / COUNTS[:, None])
+    seen = (told[..., near] for told in (rays, evenly, stored, behind))
+    return _Rim(r, *seen, _mirrors(r), noise / COUNTS[:, None])
+
+
+def _mirrors(r):
+    """What part of its light a ball of this radius, px, mirrors at BEYOND, blurred.
+
+    After C. Schlick, *An Inexpensive BRDF Model for Physically-based Rendering* (1994), eq. 15; what is mirrored in the middle
+    as well counts as the ball's own.
+    """
+    out = 1 + BEYOND * BLUR_PX / r  # radii from the middle
+    steep = np.sqrt(np.clip(1 - out * out, 0, 1))  # cosine of the angle at which the surface is seen
+    return GLOSS * np.convolve(np.where(out < 1, (1 - steep) ** 5, 0.0), BLUR, "same")
 
 
 def _explain(rim, axis):
@@ -192,17 +211,23 @@ def _missing(rim, axis, own):
     ``own``: how blue, green and red it is in its middle, and how much more so a radius to the right and down, shape (3, 3).
     """
     off = _beyond(rim.rays, axis, rim.r)
-    beyond = off / BLUR_PX
-    covered = np.interp(beyond, BEYOND, COVERED)
-    ball = np.tensordot(own, rim.evenly, 1)
-    mixed = covered * ball + (1 - covered) * rim.behind
+    covered, covers = _at(off, COVERED)
+    mirrored, mirrors = _at(off, rim.mirrors)
+    ball, room = np.tensordot(own, rim.evenly, 1), rim.behind.mean((1, 2), keepdims=True)
+    mixed = (covered - mirrored) * ball + mirrored * room + (1 - covered) * rim.behind
     stored = _stored(mixed)
     steep = stored / (GAMMA * np.maximum(mixed, 1))  # change of what is stored by light
-    moves = steep * (ball - rim.behind) * (np.exp(-np.square(beyond) / 2) / (BLUR_PX * (2 * np.pi) ** 0.5))
+    moves = steep * ((covers - mirrors) * ball + mirrors * room - covers * rim.behind)
     by_axis = rim.rays[:, None] * (rim.r / (axis @ axis - 1) / (1 + off / rim.r)) * moves
-    by_light = (EACH_COLOR * rim.evenly[:, None] * (steep * covered)[:, None, None]).reshape(-1, *mixed.shape)
+    own_part = (steep * (covered - mirrored))[:, None, None]
+    by_light = (EACH_COLOR * rim.evenly[:, None] * own_part).reshape(-1, *mixed.shape)
     slopes = _compared(np.concatenate([by_axis, by_light])) / rim.noise
     return _compared(rim.stored - stored) / rim.noise, slopes
+
+
+def _at(off, told):
+    """What is told at BEYOND, so far beyond the rim, px; and how much more of it where the rim lies a pixel further out."""
+    return np.interp(off / BLUR_PX, BEYOND, told), np.interp(off / BLUR_PX, BEYOND, -np.gradient(told, STEP_PX))
 
 
 def _blocks(left, top, right, bottom):
