@@ -998,15 +998,21 @@ def test_a_camera_that_nodded_between_boards_and_balls(third_rig, tmp_path, down
     assert [f.severity for f in moved] == [severity] and "px lower than the boards tell" in moved[0].says
 
 
-def test_an_arm_whose_plane_is_elsewhere(third_rig, tmp_path):
+@pytest.mark.parametrize(("told_mm", "asked"), [(1050, ""), (95, "in centimetres?"), (0.95, "in metres?")])
+def test_an_arm_whose_plane_is_elsewhere(third_rig, tmp_path, told_mm, asked):
+    """It follows no ball where those of position lie, unless somebody registered where it stands."""
     spoilt = spoil(third_rig, tmp_path / "spoilt", [])
     facts = json.loads((spoilt.path / "recording.json").read_text())
-    facts["arm"]["depth_mm"] += 100
+    facts["arm"]["depth_mm"] = told_mm
     (spoilt.path / "recording.json").write_text(json.dumps(facts))
-    (finding,) = check_recording(open_recording(spoilt.path)).findings
-    assert (
-        finding.name == "arm_plane" and "950 mm deep, and recording.json has the arm's plane at 1050 mm" in finding.says
-    )
+    spoilt = open_recording(spoilt.path)
+    checkup = check_recording(spoilt)
+    (finding,) = checkup.findings
+    assert (finding.name, finding.severity, checkup.verdict) == ("arm_plane", COSTS, "wanting")
+    assert f"950 mm deep, and recording.json has the arm's plane at {told_mm:g} mm" in finding.says
+    assert asked in finding.says and ("?" in finding.says) == bool(asked)
+    spoilt.registration.save(spoilt.registration_path)
+    assert [f.severity for f in check_recording(spoilt).findings] == [NOTE]
 
 
 def test_position_and_depth_exchanged(third_rig, tmp_path):

@@ -167,7 +167,10 @@ def arm_told(recording: Recording) -> list[Finding]:
 
 
 def plane_told(recording: Recording) -> list[Finding]:
-    """Places of position that lie in no plane, or not in that of the arm: an arm follows a ball in its own plane alone."""
+    """Places of position that lie in no plane, or not in that of the arm: an arm follows a ball in its own plane alone.
+
+    Where it was registered it is known where it stands, and depth_mm matters little.
+    """
     try:
         depths = [s.measured.depth_mm for s in recording.samples("position")]
     except StereoLabError:  # told elsewhere
@@ -184,4 +187,8 @@ def plane_told(recording: Recording) -> list[Finding]:
     if recording.arm_is_shipped or abs(plane - told) < max(FLAT_MM, recording.ball.diameter_mm / 2):
         return []
     says = f"The places of position lie {told_mm(plane)} mm deep, and recording.json has the arm's plane at {told_mm(told)} mm."
-    return [Finding("arm_plane", says, ADVICE["arm_plane"])]
+    if plane > 0 and (unit := _unit_of(plane / told)):
+        says += f" Is depth_mm of the arm in {unit}?"
+    if recording.registration_path.is_file():
+        return [Finding("arm_plane", says, ADVICE["arm_plane"])]
+    return [Finding("arm_plane", f"{says} The arm follows no ball there.", ADVICE["arm_plane"], severity=COSTS)]
