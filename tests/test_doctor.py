@@ -736,11 +736,6 @@ def _keep_all_back(mine):
     table.write_text(table.read_text(encoding="utf-8").replace(",fit", ",check"), encoding="utf-8")
 
 
-def _upside_down(mine):
-    for picture in (mine / "position").glob("*/*.jpg"):
-        cv2.imwrite(str(picture), cv2.rotate(cv2.imread(str(picture)), cv2.ROTATE_180))
-
-
 def _save_16_bits(mine):
     picture = mine / "position" / "left" / "000.jpg"
     cv2.imwrite(str(picture.with_suffix(".png")), cv2.imread(str(picture)).astype(np.uint16) * 257)
@@ -782,11 +777,43 @@ def test_what_would_stop_the_chain_is_told_before(third_rig, tmp_path, spoil, na
 def test_a_small_set_that_loses_its_balls_is_no_note(bench, tmp_path):
     """The eight pairs of position are few of seventy, and all that x and y are fitted on."""
     mine = whole(bench, tmp_path / "mine")
-    _upside_down(mine.path)
+    for picture in (mine.path / "position" / "right").iterdir():  # as a camera would see it that points elsewhere
+        cv2.imwrite(str(picture), np.roll(cv2.imread(str(picture)), 40, axis=0))
     lost = next(
         f for f in check_recording(mine).findings if f.files and set(f.files) <= {f"position/{k:03d}" for k in range(8)}
     )
     assert lost.severity == COSTS and "most of the set position" in lost.says
+
+
+def _both(change):
+    """The pictures of a pair, each changed in the same way."""
+    return lambda left, right: (change(left), change(right))
+
+
+@pytest.mark.parametrize(("name", "says", "spoilt"), [
+    ("cameras_exchanged", "left and right are exchanged", lambda left, right: (right, left)),
+    ("both_mirrored", "both pictures are mirror images", _both(lambda i: i[:, ::-1])),
+    ("both_upside_down", "both pictures are upside down", _both(lambda i: i[::-1, ::-1])),
+    ("mirrored", "the right picture is a mirror image", lambda left, right: (left, right[:, ::-1])),
+    ("upside_down", "the left picture is upside down", lambda left, right: (left[::-1, ::-1], right)),
+])  # fmt: skip
+@pytest.mark.parametrize("pairs", [("position/003",), ("depth/000", "position/001", "position/005")])
+def test_single_pairs_that_were_put_down_wrongly(third_rig, tmp_path, pairs, name, says, spoilt):
+    mine = spoil(third_rig, tmp_path / "mine", []).path
+    for pair in pairs:
+        files = [mine / f"{pair.replace('/', f'/{side}/')}.jpg" for side in ("left", "right")]
+        for file, image in zip(files, spoilt(*(cv2.imread(str(file)) for file in files)), strict=True):
+            cv2.imwrite(str(file), image, [cv2.IMWRITE_JPEG_QUALITY, 95])
+    (finding,) = check_recording(open_recording(mine)).findings
+    assert (finding.name, finding.severity, set(finding.files)) == (name, COSTS, set(pairs))
+    assert says in finding.says and pairs[0] in finding.says
+
+
+def test_a_pair_with_one_picture_on_both_sides(third_rig, tmp_path):
+    position = spoil(third_rig, tmp_path / "mine", []).path / "position"
+    shutil.copy(position / "left" / "003.jpg", position / "right" / "003.jpg")
+    (finding,) = check_recording(open_recording(tmp_path / "mine")).findings
+    assert (finding.name, finding.severity, finding.files) == ("same_pictures", COSTS, ("position/003",))
 
 
 def test_boards_that_tell_little_accuse_no_square(third_rig, tmp_path):

@@ -29,6 +29,8 @@ ADVICE = {
     "both_mirrored": "Switch the mirror image off in both cameras' settings and take everything again.",
     "both_upside_down": "Turn both cameras the right way up and take everything again, or exchange the folders.",
     "set_mirrored": "Flip these pictures, or switch the mirror image off in the camera's settings and take the set again.",
+    "pair_mirrored": "Flip these pictures from left to right, or take them again.",
+    "pair_upside_down": "Turn these pictures by half a turn.",
     "mirrored": "Switch the mirror image off in this camera's settings, or flip its pictures, and take what is missing again.",
     "upside_down": "Turn this camera by half a turn and take everything again; or turn all its pictures by half a turn, in every set.",
     "same_pictures": "Put the right camera's own pictures into the folder right, or record with two camera numbers.",

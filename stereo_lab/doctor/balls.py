@@ -166,6 +166,12 @@ def disparity_sigmas(sightings: Sequence[Sighting], calibration: StereoCalibrati
     return np.linalg.norm(center_sigmas(sightings, calibration), axis=1)
 
 
+def deepness(sightings: Sequence[Sighting], points: np.ndarray, calibration: StereoCalibration) -> np.ndarray:
+    """How many times worse their places are known along the camera's ray than by the ruler, shape (N,); 1 or more."""
+    per_px = calibration.depth_per_px(points[:, 2])
+    return np.hypot(1, per_px * np.sqrt(2) * disparity_sigmas(sightings, calibration))
+
+
 def size_of_ball(
     sightings: Sequence[Sighting], points: np.ndarray, calibration: StereoCalibration
 ) -> tuple[float, float]:

@@ -59,7 +59,8 @@ def check_recording(recording: Recording, progress: Progress | None = None) -> C
     findings += _look_at_sets(recording, findings, say)
     if calibration is not None:
         findings = _other_size_than_boards(findings, calibration.image_size)
-    findings += copies_told(recording) + arm_told(recording)
+    known = {finding.name for finding in findings}
+    findings += [f for f in copies_told(recording) if f.name not in known] + arm_told(recording)
     if calibration is not None:
         findings = [replace(f, does_mm=cameras.noise_mm) if f.name in LIGHT else f for f in findings]
         findings = _look_at_balls(recording, cameras, clean, findings, say)
@@ -283,8 +284,9 @@ def _turned_board(looked: Looked, own: Recording) -> list[Finding]:
 
 def _look_at_balls(recording, cameras, clean, findings, say):
     """All findings, with those of the measured balls."""
+    copies = {file for f in findings if f.name == "same_pictures" for file in f.files}
     try:
-        told = check_balls(recording, cameras, clean, lambda *n: say("look at the balls", *n))
+        told = check_balls(recording, cameras, clean, lambda *n: say("look at the balls", *n), copies)
     except StereoLabError as error:
         unreadable = _unreadable(error)
         told = any(f.says.startswith(unreadable.says) or f.name == error.fault for f in findings)

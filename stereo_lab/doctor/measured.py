@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from stereo_lab.doctor.advice import ADVICE
 from stereo_lab.doctor.balls import (
     LOST_PART,
     Sighting,
-    disparity_sigmas,
+    deepness,
     look_for_balls,
     other_name,
     places,
@@ -26,6 +26,7 @@ from stereo_lab.doctor.cameras import Cameras
 from stereo_lab.doctor.findings import COSTS, NOTE, STOPS, Evidence, Finding, listed
 from stereo_lab.doctor.known import MOST, doubt_mm
 from stereo_lab.doctor.numbers import AXES, WRONG_MM, likeliest_table, place, right_lines, slip_of
+from stereo_lab.doctor.odd_pairs import odd_pairs
 from stereo_lab.doctor.partners import exchanged_sets, mirrored_sets, shifted_pairs, sides_told, uncrossed_samples
 from stereo_lab.doctor.scales import scale_by_ruler, scales_told, squares_or_table
 from stereo_lab.doctor.since import changed_since, moved_up_or_down
@@ -59,7 +60,11 @@ class Told:
 
 
 def check_balls(
-    recording: Recording, cameras: Cameras, clean: float, progress: Callable[[int, int], object] | None = None
+    recording: Recording,
+    cameras: Cameras,
+    clean: float,
+    progress: Callable[[int, int], object] | None = None,
+    without: Collection[str] = (),
 ) -> Told:
     """Everything that the measured balls tell.
 
@@ -68,33 +73,37 @@ def check_balls(
     recording : Recording
     cameras : Cameras, with a calibration
     clean : float, what a clean recording's error is, mm
+    progress : callable (done, total), optional
+    without : names of pairs that cannot tell: both their pictures are one
     """
-    told = _told_by_name(recording, cameras, clean, progress)
+    told = _told_by_name(recording, cameras, clean, progress, without)
     if not told.color:
         return told
     # By the name that finds them they are judged as they will be once that is mended
     mended = replace(recording, ball=replace(recording.ball, color=told.color))
-    rest = _told_by_name(mended, cameras, clean, progress)
+    rest = _told_by_name(mended, cameras, clean, progress, without)
     if rest.seen <= told.seen:
         return told
     wrong = [f for f in told.findings if f.name == "color_wrong"]
     return replace(rest, findings=[*wrong, *(f for f in rest.findings if f.name != "color_wrong")])
 
 
-def _told_by_name(recording, cameras, clean, progress):
+def _told_by_name(recording, cameras, clean, progress, without):
     """What the balls tell that are found by the name of their colour."""
     color = BallColor.named(recording.ball.color)
     exchanged = exchanged_sets(recording, color, cameras)
     told = sides_told(recording, exchanged, cameras.swapped)
-    samples = uncrossed_samples(recording, SETS, exchanged, cameras.swapped)
+    every = uncrossed_samples(recording, SETS, exchanged, cameras.swapped)
+    samples = {name: sample for name, sample in every.items() if name not in without}
     if not samples:
         return Told(told)
     calibration = state_of_balls(cameras.states, list(samples.values()), color, cameras.undo)
     sightings = look_for_balls(samples, color, recording.ball, calibration, cameras.undo, progress)
     mirrored = [] if any(cameras.undo) else mirrored_sets(sightings, calibration)
     told += (wrong := shifted_pairs(sightings, calibration) or mirrored)
-    apart = {name for finding in wrong for name in finding.files}
-    sightings = [s for s in sightings if s.name not in apart]
+    sightings = _without(sightings, wrong)
+    told += (odd := odd_pairs(sightings, calibration))
+    sightings = _without(sightings, odd)
     seen = [s for s in sightings if s.seen]
     lost, other = _lost(sightings, recording)
     so_far = Told(told + lost + ([] if other else _other_name(seen, recording)), "", len(seen), other)
@@ -105,9 +114,15 @@ def _told_by_name(recording, cameras, clean, progress):
     seen, points = [s for s, g in zip(seen, good, strict=True) if g], points[good]
     if len(seen) < FEWEST:
         return so_far
-    deep = np.hypot(1, calibration.depth_per_px(points[:, 2]) * np.sqrt(2) * disparity_sigmas(seen, calibration))
+    deep = deepness(seen, points, calibration)
     findings, mirror = _numbers(recording, calibration, cameras, seen, points, deep, clean, so_far.findings)
     return replace(so_far, findings=findings, mirror=mirror)
+
+
+def _without(sightings, findings):
+    """Sightings of which nothing is told yet."""
+    told = {name for finding in findings for name in finding.files}
+    return [s for s in sightings if s.name not in told]
 
 
 def _lost(sightings: Sequence[Sighting], recording: Recording) -> tuple[list[Finding], str]:
@@ -127,7 +142,9 @@ def _lost(sightings: Sequence[Sighting], recording: Recording) -> tuple[list[Fin
     says = f"The ball was lost in {len(lost)} of {len(sightings)} measured pairs{where}. {why.says}"
     values = tuple((s.name, float(s.seen)) for s in sightings)
     evidence = Evidence("ball seen by both cameras", values, files)
-    return [*told, Finding(why.name, says, ADVICE[why.name], files, None, severity, evidence)], why.color
+    few = why.name == "rows_apart" and severity == NOTE  # of cameras that moved there would be more
+    advice = ADVICE["pairs_do_not_match" if few else why.name]
+    return [*told, Finding(why.name, says, advice, files, None, severity, evidence)], why.color
 
 
 def _other_name(seen, recording):

@@ -95,9 +95,9 @@ def place(points: np.ndarray, table: np.ndarray, deep: np.ndarray, free_scale: b
 
 def _placed(points, bench, deep, some, free_scale):
     """Everything placed as some lines tell."""
-    rotation, shift, scale = _similar(points[some], bench[some], free_scale)
+    rotation, shift, scale = similar(points[some], bench[some], free_scale)
     told = scale * points @ rotation.T + shift
-    off = _weighed(told - bench, points @ rotation.T, deep) / np.clip(scale, 1e-6, 1.0)  # in the larger of two units
+    off = weighed(told - bench, points @ rotation.T, deep) / np.clip(scale, 1e-6, 1.0)  # in the larger of two units
     away = np.degrees(np.arccos(np.clip((np.trace(rotation @ TO_BENCH.T) - 1) / 2, -1, 1)))
     turned = bool(away > WRONG_WAY_DEG)
     cost = _in_lines(off).sum() + 0.5 * len(points) * turned
@@ -109,14 +109,15 @@ def _in_lines(off):
     return 3 * np.minimum(off / WRONG_MM, 1)
 
 
-def _weighed(away, seen, deep):
-    """How far places are away, shape (N,), mm; along the rays on which they are seen it counts less."""
+def weighed(away: np.ndarray, seen: np.ndarray, deep: np.ndarray) -> np.ndarray:
+    """How far places are away, shape (N,), mm; along the rays on which they are seen, ``deep`` times less counts."""
     along = (away * seen).sum(1) / np.linalg.norm(seen, axis=1)
     across = np.sqrt(np.maximum((away**2).sum(1) - along**2, 0))
     return np.hypot(across, along / deep)
 
 
-def _similar(points, bench, free_scale):
+def similar(points: np.ndarray, bench: np.ndarray, free_scale: bool) -> tuple[np.ndarray, np.ndarray, float]:
+    """Turn, shift and scale that bring points nearest to places of the bench, shape (N, 3) each; the scale is 1 where it is not free."""
     rotation, shift = kabsch(points, bench)
     if not free_scale:
         return rotation, shift, 1.0

@@ -41,7 +41,7 @@ def exchanged_sets(recording: Recording, color: BallColor, cameras: Cameras) -> 
     for name in (name for name in recording.sets if name != "calibration"):
         found = [balls for pair in _some_pairs(recording, name) if (balls := _both(pair, color))]
         as_is, crossed = (
-            max(_agreeing(state, balls, cameras.undo).sum() for state in cameras.states)
+            max(agreeing(state, balls, cameras.undo).sum() for state in cameras.states)
             for balls in (found, [pair[::-1] for pair in found])
         )
         if max(as_is, crossed) >= LEAST and min(as_is, crossed) <= max(as_is, crossed) / 3:
@@ -68,7 +68,7 @@ def _both(pair: StereoPair, color: BallColor) -> tuple[Detection, Detection] | N
     return None if left is None or right is None else (left, right)
 
 
-def _agreeing(
+def agreeing(
     calibration: StereoCalibration,
     balls: Sequence[tuple[Detection, Detection]],
     undo: tuple[str, str] = ("", ""),
@@ -80,16 +80,26 @@ def _agreeing(
     if not balls:
         return np.zeros(0, bool)
     pixels = np.array([[ball.center_px for ball in pair] for pair in balls])
-    for side, how in enumerate(undo):
-        if how == "mirror":
-            pixels[:, side, 0] = calibration.image_size[0] - 1 - pixels[:, side, 0]
-    left, right = (calibration.rectify_points(pixels[:, k], side) for k, side in enumerate(("left", "right")))
+    left, right = put_right(calibration, pixels, undo)
     depth = calibration.triangulate(left, right)[:, 2]
     before = (np.abs(left[:, 1] - right[:, 1]) < ROW_PX) & (depth > 0)
     if before.any():
         size = np.array([pair[0].radius_px for pair in balls]) * np.where(before, depth, np.inf)
         before &= np.abs(np.log(size / np.median(size[before]))) < np.log(ONE_SIZE)
     return before
+
+
+def put_right(
+    calibration: StereoCalibration, pixels: np.ndarray, undo: tuple[str, str]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Pixels of pairs, shape (N, 2 cameras, 2), in pictures that are flipped or turned first, rectified: left and right, (N, 2) each."""
+    last = np.array(calibration.image_size) - 1
+    flipped = {"": pixels, "mirror": pixels * [-1, 1] + last * [1, 0], "turn": last - pixels}
+    left, right = (
+        calibration.rectify_points(flipped[how][:, k], side)
+        for k, (how, side) in enumerate(zip(undo, ("left", "right"), strict=True))
+    )
+    return left, right
 
 
 def uncrossed_samples(
@@ -172,9 +182,9 @@ def mirrored_sets(sightings: Sequence[Sighting], calibration: StereoCalibration)
     for s in sightings:
         if s.left is not None and s.right is not None:
             by_set.setdefault(s.set_name, []).append((s.left, s.right))
-    as_is = {name: _agreeing(calibration, balls).sum() for name, balls in by_set.items()}
+    as_is = {name: agreeing(calibration, balls).sum() for name, balls in by_set.items()}
     for flip, whose in FLIPS.items():
-        flipped = {name: _agreeing(calibration, balls, flip).sum() for name, balls in by_set.items()}
+        flipped = {name: agreeing(calibration, balls, flip).sum() for name, balls in by_set.items()}
         if any(
             flipped[name] >= max(LEAST, MOST * len(balls)) and as_is[name] <= flipped[name] / 3
             for name, balls in by_set.items()
@@ -196,5 +206,5 @@ def _together(sightings, by, calibration):
         for k in range(len(sightings))
         if 0 <= k + by < len(sightings) and sightings[k].left is not None and sightings[k + by].right is not None
     ]
-    told[known] = _agreeing(calibration, [(sightings[k].left, sightings[k + by].right) for k in known])
+    told[known] = agreeing(calibration, [(sightings[k].left, sightings[k + by].right) for k in known])
     return told

@@ -126,24 +126,49 @@ def _blocks(grey):
 
 
 def copies_told(recording: Recording) -> list[Finding]:
-    """Pictures that are there twice, to the last bit: no camera takes the same noise again."""
-    first: dict[tuple[str, bytes], str] = {}
+    """Pictures that are there twice, to the last bit: no camera takes the same noise again, nor two cameras one picture."""
+    first: dict[tuple[str, str], str] = {}
     copies: dict[tuple[str, str], list[str]] = {}
+    both: list[str] = []
+    for label, pair in _all_pairs(recording):
+        prints = {"left": _fingerprint(pair.left_path), "right": _fingerprint(pair.right_path)}
+        if prints["left"] and prints["left"] == prints["right"]:
+            both.append(label)
+        for side, told in prints.items():
+            other = first.setdefault((side, told), label) if told else label
+            if other != label:
+                copies.setdefault((other, label), []).append(side)
+    return _same_in_both(both) + _twice(copies)
+
+
+def _all_pairs(recording):
+    """("set/name", pair) of all sets that can be read; what is wrong with the others is told elsewhere."""
     for name in recording.sets:
         try:
             pairs = recording.pairs(name)
-        except StereoLabError:  # told elsewhere
+        except StereoLabError:
             continue
-        for pair in pairs:
-            label = f"{name}/{pair.name}"
-            for side, path in (("left", pair.left_path), ("right", pair.right_path)):
-                try:
-                    content = b"" if path is None else read_bytes(path)
-                except StereoLabError:  # told elsewhere
-                    continue
-                other = first.setdefault((side, hashlib.sha256(content).digest()), label) if content else label
-                if other != label:
-                    copies.setdefault((other, label), []).append(side)
+        yield from ((f"{name}/{pair.name}", pair) for pair in pairs)
+
+
+def _fingerprint(path):
+    """What two files have in common that are alike to the last bit; empty where there is nothing to read."""
+    try:
+        content = b"" if path is None else read_bytes(path)
+    except StereoLabError:  # told elsewhere
+        return ""
+    return hashlib.sha256(content).hexdigest() if content else ""
+
+
+def _same_in_both(names):
+    if not names:
+        return []
+    more = f" So do {len(names) - 1} more pairs." if len(names) > 1 else ""
+    says = f"{names[0]} shows the same picture on both sides, to the last bit: one of the two is a copy.{more}"
+    return [Finding("same_pictures", says, ADVICE["same_pictures"], tuple(names), severity=COSTS)]
+
+
+def _twice(copies):
     if not copies:
         return []
     (other, label), sides = next(iter(copies.items()))
