@@ -736,6 +736,18 @@ def _keep_all_back(mine):
     table.write_text(table.read_text(encoding="utf-8").replace(",fit", ",check"), encoding="utf-8")
 
 
+def _fit_on(set_name, count):
+    """So many lines of a table say fit, and the others check."""
+
+    def change(mine):
+        table = mine / set_name / "measured.csv"
+        head, *rows = table.read_text(encoding="utf-8").splitlines()
+        told = [f"{row.rpartition(',')[0]},{'fit' if k < count else 'check'}" for k, row in enumerate(rows)]
+        table.write_text("\n".join([head, *told]) + "\n", encoding="utf-8")
+
+    return change
+
+
 def _save_16_bits(mine):
     picture = mine / "position" / "left" / "000.jpg"
     cv2.imwrite(str(picture.with_suffix(".png")), cv2.imread(str(picture)).astype(np.uint16) * 257)
@@ -762,6 +774,8 @@ def _in_black_and_white(mine):
         (_misspell, "table_broken", "expected plane or volume"),
         (_rename_by_camera, "names_differ", "one name"),
         (_keep_all_back, "none_to_fit", "no line says fit"),
+        (_fit_on("position", 1), "too_few_to_fit", "1 line says fit in the column use, and the paper's way cannot be fitted: it needs 2"),
+        (_fit_on("depth", 2), "too_few_to_fit", "2 lines say fit in the column use, and the paper's way cannot be fitted: it needs 3"),
         (lambda mine: (mine / "position" / "measured.csv").write_bytes(b"PK\x03\x04\x14"), "misnamed", "it is a spreadsheet"),
     ],
 )  # fmt: skip
@@ -772,6 +786,17 @@ def test_what_would_stop_the_chain_is_told_before(third_rig, tmp_path, spoil, na
     found = check_recording(open_recording(mine))
     assert says in {finding.name: finding.says for finding in found.findings}[name]
     assert found.verdict == ("clean" if name == "no_table" else "wanting")
+
+
+def test_where_all_is_fitted_on_check_and_demo_say_that_nothing_judges(third_rig, tmp_path, capsys):
+    mine = spoil(third_rig, tmp_path / "mine", [])
+    for name, count in (("position", 8), ("depth", 6)):
+        _fit_on(name, count)(mine.path)
+    (finding,) = check_recording(mine).findings
+    assert (finding.name, finding.severity) == ("none_to_judge", NOTE)
+    assert cli.main(["demo", str(mine.path), "--report", str(tmp_path / "demo.html")]) == 0
+    said = capsys.readouterr().out
+    assert "nothing judges the places" in said and "are the judges" not in said
 
 
 def test_a_small_set_that_loses_its_balls_is_no_note(bench, tmp_path):

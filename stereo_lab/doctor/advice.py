@@ -67,6 +67,8 @@ ADVICE = {
     "sign": "x grows to the right and y upwards, as the cameras see it, and depth away from them: turn the sign of this column round.",
     "sign_of_x": "x grows to the right, as the cameras see it: turn the sign of this column round. Or are all pictures mirror images, boards and balls, in which no text can be read? Then switch that off and take everything again.",
     "none_to_fit": "Write fit in the column use for at least every second line; or leave the column empty.",
+    "too_few_lines": "Take more pairs of this set, with their lines in measured.csv: position needs 4 or more, depth 6 or more.",
+    "none_to_judge": "Write check in the column use for every second line, or leave the column empty; or take a set evaluation.",
     "no_line": "Write a line for each picture, with its name, x, y and depth; or take the picture away.",
     "other_side": "Count it from the same point, and towards the same side, as in the other sets.",
     "slant": "Measure depth straight away from the cameras, at right angles to the line between them, not along the line of sight.",

@@ -19,6 +19,7 @@ from stereo_lab.doctor.measured import SETS, check_balls
 from stereo_lab.doctor.pictures import Looked, copies_told, look_at
 from stereo_lab.doctor.scales import arm_told, plane_told
 from stereo_lab.errors import StereoLabError
+from stereo_lab.localization.paper import EQ4_NEEDS, LINE_NEEDS
 from stereo_lab.recording import Recording, read_image
 from stereo_lab.recording.bounds import CHARUCO
 from stereo_lab.recording.model import SHARED_OUT
@@ -29,6 +30,7 @@ FEWEST = 4  # boards from which anything can be told
 BURNT, DARK, BLOCKS = 0.5, 30.0, 2.0  # part of the white squares, of 255, times: see pictures.Look
 SPOILT_PART = 0.3  # of the pictures
 LIGHT = {"over_exposed", "under_exposed", "compressed"}  # they cost what the corners' noise costs
+NEEDED = {"position": LINE_NEEDS, "depth": EQ4_NEEDS}  # lines to fit on, of the paper's way
 LACKS = {"blur", "too_few_pairs", "never_tilted", "one_place", "board_far"}  # of boards: more of them help
 
 Progress = Callable[[str, int, int], object]
@@ -197,9 +199,8 @@ def _look_at_sets(recording, known, say):
                 f"{len(without)} of {len(pairs)} pictures of {name} have no line in its measured.csv, and are not used."
             )
             findings.append(Finding("no_line", says, ADVICE["no_line"], tuple(f"{name}/{lost}" for lost in without)))
-        if name in SHARED_OUT and lines and not any(sample.use == "fit" for sample in lines):
-            says = f"In the measured.csv of {name} no line says fit in the column use: the paper's way has nothing to fit on, and demo stops."
-            findings.append(Finding("none_to_fit", says, ADVICE["none_to_fit"], severity=STOPS))
+        if name in SHARED_OUT and lines:
+            findings += _to_fit(name, lines)
         if name in SETS and pairs[0].right_path is None:
             says = f"{name} was taken with the left camera alone: no depth comes out of it."
             findings.append(Finding("half_missing", says, ADVICE["left_alone"], severity=STOPS))
@@ -210,7 +211,29 @@ def _look_at_sets(recording, known, say):
             say(f"look at {name}", done, len(pairs))
         findings += _broken(name, spoilt)
     told = {finding.says for finding in known}
-    return [finding for finding in findings if finding.says not in told]
+    return [*(finding for finding in findings if finding.says not in told), *_to_judge(recording)]
+
+
+def _to_fit(name, lines):
+    """A set of which the paper's way has too few lines to fit on."""
+    count, needed = sum(sample.use == "fit" for sample in lines), NEEDED[name]
+    if count >= needed:
+        return []
+    number = "no line says" if not count else "1 line says" if count == 1 else f"{count} lines say"
+    says = f"In the measured.csv of {name} {number} fit in the column use, and the paper's way cannot be fitted: it needs {needed} of them."
+    advice = "none_to_fit" if (len(lines) + 1) // 2 >= needed else "too_few_lines"  # every second one is fitted on
+    return [Finding("too_few_to_fit" if count else "none_to_fit", says, ADVICE[advice], severity=STOPS)]
+
+
+def _to_judge(recording):
+    """Places that are all fitted on, so that none is left to tell how far off they are."""
+    try:
+        if recording.judges() or not all(recording.has_samples(name) for name in SHARED_OUT):
+            return []
+    except StereoLabError:  # told elsewhere
+        return []
+    says = "There is no evaluation set, and no line of position or depth says check in the column use: no sample judges what comes out."
+    return [Finding("none_to_judge", says, ADVICE["none_to_judge"])]
 
 
 def _sizes(looked, own, count):

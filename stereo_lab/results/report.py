@@ -19,6 +19,11 @@ from stereo_lab.results.evaluation import Results
 from stereo_lab.results.figures import FIGURES
 
 CORNERS_NAMED = 3
+JUDGED = "This recording has no evaluation set: its check samples, kept out of the fit, are the judges."
+UNJUDGED = (
+    "This recording has no evaluation set, and no sample to check on is left: nothing judges the places. Write check in the column use "
+    "of measured.csv for every second line, or leave it empty."
+)
 PAPER_DEPTH_MM = 8.0  # the paper's Fig. 9: mean depth error, up to 2 m
 
 
@@ -102,7 +107,7 @@ def sentences(results: Results) -> list[str]:
             f"there is drawn out from elsewhere: {first_of(results.bare)}."
         )
     if results.found and not results.recording.has_samples("evaluation"):
-        said.append("This recording has no evaluation set: its check samples, kept out of the fit, are the judges.")
+        said.append(JUDGED if any(results.found.values()) else UNJUDGED)
     if results.recording.arm_is_shipped:
         said.append("This recording names no arm, so the shipped bench's arm stands in.")
     return said + _doubts(results, unlike)
