@@ -15,14 +15,13 @@ from stereo_lab.doctor.advice import ADVICE
 from stereo_lab.doctor.cameras import Cameras, check_cameras
 from stereo_lab.doctor.findings import NOTE, STOPS, Checkup, Finding, in_order, listed, severity_of
 from stereo_lab.doctor.known import doubt_mm, noise_mm
-from stereo_lab.doctor.measured import SETS, check_balls
+from stereo_lab.doctor.measured import check_balls
 from stereo_lab.doctor.pictures import Looked, copies_told, look_at
 from stereo_lab.doctor.scales import arm_told, plane_told
+from stereo_lab.doctor.sets import broken, look_at_sets, unread, unreadable
 from stereo_lab.errors import StereoLabError
-from stereo_lab.localization.paper import EQ4_NEEDS, LINE_NEEDS
 from stereo_lab.recording import Recording, read_image
 from stereo_lab.recording.bounds import CHARUCO
-from stereo_lab.recording.model import SHARED_OUT
 from stereo_lab.recording.strays import strays
 
 SHOWN = 3  # pairs in which the board is looked for first
@@ -30,7 +29,6 @@ FEWEST = 4  # boards from which anything can be told
 BURNT, DARK, BLOCKS = 0.5, 30.0, 2.0  # part of the white squares, of 255, times: see pictures.Look
 SPOILT_PART = 0.3  # of the pictures
 LIGHT = {"over_exposed", "under_exposed", "compressed"}  # they cost what the corners' noise costs
-NEEDED = {"position": LINE_NEEDS, "depth": EQ4_NEEDS}  # lines to fit on, of the paper's way
 LACKS = {"blur", "too_few_pairs", "never_tilted", "one_place", "board_far"}  # of boards: more of them help
 
 Progress = Callable[[str, int, int], object]
@@ -58,7 +56,7 @@ def check_recording(recording: Recording, progress: Progress | None = None) -> C
     clean = None if calibration is None else _clean(calibration, findings)
     if calibration is not None and any(finding.name == "image_size" for finding in findings):
         recording = replace(recording, image_size=calibration.image_size)  # told once
-    findings += _look_at_sets(recording, findings, say)
+    findings += look_at_sets(recording, findings, say)
     if calibration is not None:
         findings = _other_size_than_boards(findings, calibration.image_size)
     known = {finding.name for finding in findings}
@@ -98,14 +96,8 @@ def _judged_at(recording, findings):
     try:
         return distance_mm(recording)
     except StereoLabError as error:
-        findings.append(_unreadable(error))
+        findings.append(unreadable(error))
         return JUDGED_AT_MM
-
-
-def _unreadable(error):
-    """A table that cannot be used, a picture that cannot, or one without its other half."""
-    name = error.fault or ("table_broken" if "measured.csv" in str(error) else "picture_broken")
-    return Finding(name, str(error), ADVICE[name], severity=STOPS)
 
 
 def _look_at_boards(recording, depth, findings, say):
@@ -133,35 +125,15 @@ def _whole_pairs(own, findings):
     try:
         pairs = own.pairs("calibration")
     except StereoLabError as error:
-        findings.append(_unreadable(error))
+        findings.append(unreadable(error))
         return ()
     if pairs[0].right_path is None:
         says = "The boards were taken with the left camera alone."
         findings.append(Finding("half_missing", says, ADVICE["no_boards"], severity=STOPS))
         return ()
-    spoilt = {pair.name: why for pair in pairs if (why := _unread(replace(pair, image_size=None))) is not None}
-    findings += _broken("calibration", spoilt)
+    spoilt = {pair.name: why for pair in pairs if (why := unread(replace(pair, image_size=None))) is not None}
+    findings += broken("calibration", spoilt)
     return tuple(pair for pair in pairs if pair.name not in spoilt)
-
-
-def _unread(pair):
-    """Why a picture of a pair cannot be used; None where both can."""
-    try:
-        _ = pair.left, pair.right_path and pair.right
-    except StereoLabError as error:
-        return error
-    return None
-
-
-def _broken(set_name, spoilt):
-    """The pairs of a set whose pictures cannot be used, put down together."""
-    if not spoilt:
-        return []
-    files = tuple(f"{set_name}/{name}" for name in spoilt)
-    why = next(iter(spoilt.values()))
-    says = str(why) + (f" So are {len(spoilt) - 1} more of {set_name}." if len(spoilt) > 1 else "")
-    name = why.fault or "picture_broken"
-    return [Finding(name, says, ADVICE[name], files, severity=STOPS)]
 
 
 def _other_size_than_boards(findings, size):
@@ -177,63 +149,6 @@ def _other_size_than_boards(findings, size):
     )
     rest = [f for f in findings if f not in apart and f.name != "image_size"]
     return [*rest, Finding("picture_sizes", says, ADVICE["picture_sizes"], files, severity=STOPS)]
-
-
-def _look_at_sets(recording, known, say):
-    """What keeps a set of balls from being used at all, and is not known yet: a picture, the table, the other camera's half."""
-    findings: list[Finding] = []
-    for name in (name for name in recording.sets if name != "calibration"):
-        try:
-            pairs = recording.pairs(name)
-            lines = recording.samples(name) if recording.has_samples(name) else ()
-        except StereoLabError as error:
-            findings.append(_unreadable(error))
-            continue
-        misnamed = any(finding.name == "misnamed" and f"/{name}/" in finding.says for finding in known)
-        if name in SETS and not recording.has_samples(name) and not misnamed:
-            says = f"{name} has pictures and no measured.csv, which tells where the ball was: they cannot be used."
-            findings.append(Finding("no_table", says, ADVICE["no_table"]))  # what a recording lacks is no fault
-        with_one = {sample.pair.name for sample in lines}
-        if lines and (without := [pair.name for pair in pairs if pair.name not in with_one]):
-            says = (
-                f"{len(without)} of {len(pairs)} pictures of {name} have no line in its measured.csv, and are not used."
-            )
-            findings.append(Finding("no_line", says, ADVICE["no_line"], tuple(f"{name}/{lost}" for lost in without)))
-        if name in SHARED_OUT and lines:
-            findings += _to_fit(name, lines)
-        if name in SETS and pairs[0].right_path is None:
-            says = f"{name} was taken with the left camera alone: no depth comes out of it."
-            findings.append(Finding("half_missing", says, ADVICE["left_alone"], severity=STOPS))
-        spoilt: dict[str, StereoLabError] = {}
-        for done, pair in enumerate(pairs, 1):
-            if (why := _unread(pair)) is not None:
-                spoilt[pair.name] = why
-            say(f"look at {name}", done, len(pairs))
-        findings += _broken(name, spoilt)
-    told = {finding.says for finding in known}
-    return [*(finding for finding in findings if finding.says not in told), *_to_judge(recording)]
-
-
-def _to_fit(name, lines):
-    """A set of which the paper's way has too few lines to fit on."""
-    count, needed = sum(sample.use == "fit" for sample in lines), NEEDED[name]
-    if count >= needed:
-        return []
-    number = "no line says" if not count else "1 line says" if count == 1 else f"{count} lines say"
-    says = f"In the measured.csv of {name} {number} fit in the column use, and the paper's way cannot be fitted: it needs {needed} of them."
-    advice = "none_to_fit" if (len(lines) + 1) // 2 >= needed else "too_few_lines"  # every second one is fitted on
-    return [Finding("too_few_to_fit" if count else "none_to_fit", says, ADVICE[advice], severity=STOPS)]
-
-
-def _to_judge(recording):
-    """Places that are all fitted on, so that none is left to tell how far off they are."""
-    try:
-        if recording.judges() or not all(recording.has_samples(name) for name in SHARED_OUT):
-            return []
-    except StereoLabError:  # told elsewhere
-        return []
-    says = "There is no evaluation set, and no line of position or depth says check in the column use: no sample judges what comes out."
-    return [Finding("none_to_judge", says, ADVICE["none_to_judge"])]
 
 
 def _sizes(looked, own, count):
@@ -311,9 +226,9 @@ def _look_at_balls(recording, cameras, clean, findings, say):
     try:
         told = check_balls(recording, cameras, clean, lambda *n: say("look at the balls", *n), copies)
     except StereoLabError as error:
-        unreadable = _unreadable(error)
-        told = any(f.says.startswith(unreadable.says) or f.name == error.fault for f in findings)
-        return findings if told else [*findings, unreadable]
+        why = unreadable(error)
+        told = any(f.says.startswith(why.says) or f.name == error.fault for f in findings)
+        return findings if told else [*findings, why]
     if told.mirror:
         what = "mirror images" if told.mirror == "both_mirrored" else "upside down"
         says = f"Left and right seem swapped, and the measured places tell why: both cameras' pictures are {what}."
