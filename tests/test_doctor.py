@@ -1097,6 +1097,17 @@ def test_balls_in_mirror_images_beside_good_boards(third_rig, tmp_path, sides, s
     assert ("both cameras'" if len(sides) == 2 else f"the {sides[0]} camera's") in finding.says
 
 
+@pytest.mark.parametrize(("name", "turn"), [("both_mirrored", [1, -1]), ("both_upside_down", [-1, -1])])
+def test_boards_in_mirror_images_or_upside_down_beside_good_balls(third_rig, tmp_path, name, turn):
+    """They tell of cameras that are exchanged; who exchanges the folders of all sets has two mistakes then."""
+    spoilt = spoil(third_rig, tmp_path / "spoilt", [])
+    for picture in (spoilt.path / "calibration").glob("*/*.jpg"):
+        cv2.imwrite(str(picture), cv2.imread(str(picture))[:: turn[0], :: turn[1]])
+    (finding,) = check_recording(spoilt).findings
+    assert finding.name == name and finding.severity == STOPS and "those of the balls are not" in finding.says
+    assert len(finding.files) == len(spoilt.pairs("calibration")) and finding.files[0].startswith("calibration/")
+
+
 @pytest.mark.parametrize(("name", "by"), [("position", (400, 150)), ("depth", (60, 40))])
 def test_a_set_that_is_measured_from_another_corner_of_the_table(third_rig, tmp_path, name, by):
     spoilt = spoil(third_rig, tmp_path / "spoilt", [])

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stereo_lab.calibration import StereoCalibration, calibrate_views, depth_map, where_to_hold
-from stereo_lab.calibration.bundle import matrices
+from stereo_lab.calibration.bundle import Rig, matrices
 from stereo_lab.calibration.refusals import check_two_cameras, rolled_deg
 from stereo_lab.calibration.solver import robust_sigma
 from stereo_lab.doctor.advice import ADVICE
@@ -161,10 +161,11 @@ def _costs(mends, calibrations, depth_mm, upset):
 def _states(calibration, mends):
     """The calibration for each state of the cameras, the last one first."""
     moved = [mend.rigs for mend in mends if mend.rigs]
-    return tuple(_with_rig(calibration, rig) for rig in reversed(moved[-1])) if moved else (calibration,)
+    return tuple(with_rig(calibration, rig) for rig in reversed(moved[-1])) if moved else (calibration,)
 
 
-def _with_rig(calibration, rig):
+def with_rig(calibration: StereoCalibration, rig: Rig) -> StereoCalibration:
+    """The same calibration of cameras that stand, or look, otherwise."""
     (left, bent), (right, bent_right) = matrices(rig.left), matrices(rig.right)
     return replace(
         calibration, left_matrix=left, left_distortion=bent, right_matrix=right, right_distortion=bent_right,

@@ -234,7 +234,8 @@ def _look_at_balls(recording, cameras, clean, findings, say):
         says = f"Left and right seem swapped, and the measured places tell why: both cameras' pictures are {what}."
         findings = [f for f in findings if f.name != "sides_swapped"]
         findings.append(Finding(told.mirror, says, ADVICE[told.mirror], severity=STOPS))
-    if any(f.name == "sides_swapped" for f in told.findings):
+    of_boards = any(file.startswith("calibration/") for f in told.findings for file in f.files)
+    if of_boards or any(f.name == "sides_swapped" for f in told.findings):
         findings = [f for f in findings if f.name != "sides_swapped"]  # not in all sets
     if any(f.name in ("square_unit", "square_scale") for f in told.findings):
         findings = [f for f in findings if f.name != "square_unit"]  # the balls tell it more exactly

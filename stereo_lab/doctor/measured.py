@@ -27,7 +27,14 @@ from stereo_lab.doctor.findings import COSTS, NOTE, STOPS, Evidence, Finding, li
 from stereo_lab.doctor.known import MOST, doubt_mm
 from stereo_lab.doctor.numbers import AXES, WRONG_MM, likeliest_table, place, right_lines, slip_of
 from stereo_lab.doctor.odd_pairs import odd_pairs
-from stereo_lab.doctor.partners import exchanged_sets, mirrored_sets, shifted_pairs, sides_told, uncrossed_samples
+from stereo_lab.doctor.partners import (
+    boards_alone,
+    exchanged_sets,
+    mirrored_sets,
+    shifted_pairs,
+    sides_told,
+    uncrossed_samples,
+)
 from stereo_lab.doctor.scales import scale_by_ruler, scales_told, squares_or_table
 from stereo_lab.doctor.since import changed_since, moved_up_or_down
 from stereo_lab.position import kabsch
@@ -91,8 +98,9 @@ def check_balls(
 def _told_by_name(recording, cameras, clean, progress, without):
     """What the balls tell that are found by the name of their colour."""
     color = BallColor.named(recording.ball.color)
+    cameras, told = boards_alone(recording, color, cameras)
     exchanged = exchanged_sets(recording, color, cameras)
-    told = sides_told(recording, exchanged, cameras.swapped)
+    told += sides_told(recording, exchanged, cameras.swapped)
     every = uncrossed_samples(recording, SETS, exchanged, cameras.swapped)
     samples = {name: sample for name, sample in every.items() if name not in without}
     if not samples:

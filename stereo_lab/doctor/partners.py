@@ -7,12 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from stereo_lab.calibration import StereoCalibration
+from stereo_lab.calibration import StereoCalibration, boards_of
+from stereo_lab.calibration.bundle import Rig
 from stereo_lab.common.files import natural_key
 from stereo_lab.detection import BallColor, BallDetector, Detection
 from stereo_lab.doctor.advice import ADVICE
 from stereo_lab.doctor.balls import ROW_PX, TRIED, Sighting
-from stereo_lab.doctor.cameras import Cameras
+from stereo_lab.doctor.cameras import Cameras, with_rig
 from stereo_lab.doctor.findings import STOPS, Finding, listed
 from stereo_lab.doctor.suspects import SHIFTS, shift_in_words
 from stereo_lab.errors import StereoLabError
@@ -25,6 +26,11 @@ FLIPS = {
     ("mirror", ""): "the left camera's",
     ("", "mirror"): "the right camera's",
 }
+TURNS = {
+    "mirror": ("both_mirrored", "mirror images", "set_mirrored"),
+    "turn": ("both_upside_down", "upside down", "pair_upside_down"),
+}
+NEARER_PX = 0.5  # on average, to one row: the boards tell rows to a tenth
 ONE_SIZE = 1.25  # times larger or smaller than the others of its set, a ball is seen in the wrong place
 
 
@@ -47,6 +53,64 @@ def exchanged_sets(recording: Recording, color: BallColor, cameras: Cameras) -> 
         if max(as_is, crossed) >= LEAST and min(as_is, crossed) <= max(as_is, crossed) / 3:
             told[name] = bool(crossed > as_is)
     return told
+
+
+def boards_alone(recording: Recording, color: BallColor, cameras: Cameras) -> tuple[Cameras, list[Finding]]:
+    """Cameras that seem exchanged because their boards are mirror images, or upside down, and the balls are not.
+
+    Such boards tell of a right camera on the left. Who has the folders exchanged then is told afterwards that the balls are mirrored.
+    Each way of putting the boards right gives other cameras; the balls' rows tell whether these are theirs.
+
+    Parameters
+    ----------
+    recording : Recording
+    color : BallColor, the ball's
+    cameras : Cameras, with a calibration
+
+    Returns
+    -------
+    (Cameras, list of Finding) : the cameras as they are then, and what is said; the same ones, and nothing, where it is not so
+    """
+    if not cameras.swapped or any(cameras.undo):
+        return cameras, []
+    sets = [name for name in recording.sets if name != "calibration"]
+    found = [balls for name in sets for pair in _some_pairs(recording, name) if (balls := _both(pair, color))]
+    if len(found) < LEAST:
+        return cameras, []
+    ways = {how: tuple(_put_right(state, how) for state in cameras.states) for how in TURNS}
+    how = min(ways, key=lambda how: _rows_off_px(ways[how], found))
+    known = min(_rows_off_px(cameras.states, balls) for balls in (found, [pair[::-1] for pair in found]))
+    if not _rows_off_px(ways[how], found) + NEARER_PX < known:
+        return cameras, []
+    name, what, advice = TURNS[how]
+    says = f"In the set calibration both cameras' pictures are {what}; those of the balls are not."
+    files = tuple(f"calibration/{pair.name}" for pair in boards_of(recording).pairs("calibration"))
+    told = Finding(name, says, ADVICE[advice], files, severity=STOPS)
+    return replace(cameras, states=ways[how], swapped=False), [told]
+
+
+def _put_right(calibration, how):
+    """Cameras by boards that are turned, left and right exchanged, as they are by the boards put right, and not exchanged."""
+    rig, (width, height) = calibration.rig, calibration.image_size
+    turn = np.diag([-1.0, 1.0 if how == "mirror" else -1.0, 1.0])
+    left, right = (lens.copy() for lens in (rig.right, rig.left))
+    for lens in (left, right):
+        lens[[2, 7]] = width - 1 - lens[2], -lens[7]  # the middle, and how the lens leans
+        if how == "turn":
+            lens[[3, 6]] = height - 1 - lens[3], -lens[6]
+    rotation = turn @ rig.rotation.T @ turn
+    return with_rig(calibration, Rig(left, right, rotation, -rotation @ turn @ rig.translation))
+
+
+def _rows_off_px(states, balls):
+    """How far apart the rows of one ball are, the mean; from ROW_PX on, or behind the cameras, one pair is as wrong as another."""
+    pixels = np.array([[ball.center_px for ball in pair] for pair in balls])
+    off = []
+    for state in states:
+        left, right = put_right(state, pixels, ("", ""))
+        before = state.triangulate(left, right)[:, 2] > 0
+        off.append(np.where(before, np.minimum(np.abs(left[:, 1] - right[:, 1]), ROW_PX), ROW_PX).mean())
+    return min(off)
 
 
 def _some_pairs(recording, name):
