@@ -1083,6 +1083,20 @@ def test_a_wrong_size_in_recording_json_is_told_once(third_rig, tmp_path):
     assert finding.name == "image_size"
 
 
+@pytest.mark.parametrize(("turn", "back", "size"), [
+    (cv2.ROTATE_90_CLOCKWISE, "counter-clockwise", [640, 480]), (cv2.ROTATE_90_COUNTERCLOCKWISE, "clockwise", [480, 640]),
+])  # fmt: skip
+def test_pictures_that_are_turned_by_a_quarter_are_told_once(third_rig, tmp_path, turn, back, size):
+    """As of phones that stand upright; whichever size recording.json tells."""
+    spoilt = spoil(third_rig, tmp_path / "spoilt", [])
+    for picture in spoilt.path.glob("*/*/*.jpg"):
+        cv2.imwrite(str(picture), cv2.rotate(cv2.imread(str(picture)), turn))
+    facts = json.loads((spoilt.path / "recording.json").read_text())
+    (spoilt.path / "recording.json").write_text(json.dumps({**facts, "image_size": size}))
+    (finding,) = check_recording(open_recording(spoilt.path)).findings
+    assert (finding.name, finding.severity) == ("quarter_turned", STOPS) and f"back {back}," in finding.says
+
+
 @pytest.mark.parametrize(("sides", "sets", "name"), [
     (("left", "right"), ("depth", "position"), "both_mirrored"), (("right",), ("depth", "position"), "mirrored"),
     (("left",), ("position",), "mirrored"),

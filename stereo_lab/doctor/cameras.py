@@ -9,7 +9,7 @@ import numpy as np
 
 from stereo_lab.calibration import StereoCalibration, calibrate_views, depth_map, where_to_hold
 from stereo_lab.calibration.bundle import Rig, matrices
-from stereo_lab.calibration.refusals import check_two_cameras, rolled_deg
+from stereo_lab.calibration.refusals import check_two_cameras
 from stereo_lab.calibration.solver import robust_sigma
 from stereo_lab.doctor.advice import ADVICE
 from stereo_lab.doctor.boards import Boards, camera_alone
@@ -17,6 +17,7 @@ from stereo_lab.doctor.findings import NOTE, STOPS, Evidence, Finding
 from stereo_lab.doctor.known import Coverage, apart_mm, coverage_of, doubt_mm
 from stereo_lab.doctor.pairing import mend_pairs, turned_round
 from stereo_lab.doctor.pictures import Look
+from stereo_lab.doctor.upright import one_above, upside_down
 from stereo_lab.errors import CalibrationError, StereoLabError
 from stereo_lab.recording.bounds import PLAUSIBLE_BASELINE_MM, SQUARES_MM, told_mm, unit_asked, units_of_squares
 
@@ -45,6 +46,7 @@ class Cameras:
     noise_mm : float, how much of the calibration's doubt comes from corners that scatter
     undo : (left, right), what must be done to the pictures to be as they should: "", "mirror" or "turn"
     swapped : bool, whether left and right were exchanged to come to it
+    size : (width, height) of the boards' pictures, px; None where there are none
     """
 
     findings: list[Finding]
@@ -52,6 +54,7 @@ class Cameras:
     noise_mm: float = 0.0
     undo: tuple[str, str] = ("", "")
     swapped: bool = False
+    size: tuple[int, int] | None = None
 
 
 def check_cameras(boards: Boards, names: Sequence[str], looks: dict[tuple[str, str], Look], depth_mm: float) -> Cameras:
@@ -77,7 +80,7 @@ def check_cameras(boards: Boards, names: Sequence[str], looks: dict[tuple[str, s
         says = "The camera called right stands to the left of the other."
         findings.append(Finding("sides_swapped", says, ADVICE["sides_swapped"], severity=STOPS))
         mends, together = mend_pairs(boards)
-    mends, undo, upset = _upside_down(mends, together)
+    mends, undo, upset = upside_down(mends, together)
     calibrations = [_calibrated(b, names, depth_mm) for b in (boards, *(m.boards for m in mends))]
     findings += [] if upset is None else [upset]
     findings += _costs(mends, calibrations, depth_mm, upset is not None)
@@ -85,6 +88,8 @@ def check_cameras(boards: Boards, names: Sequence[str], looks: dict[tuple[str, s
     covers = _coverage(boards, looks)
     if upset is not None:
         return Cameras(findings)
+    if last is None and not findings and together is not None and refused.fault == "one_above_the_other":
+        return Cameras([one_above(together.solution.rig, boards.size)])
     if last is None:
         return Cameras(findings + _refused(refused, covers, findings))
     if covers is not None and max(covers.edges_px) > WIDE_EDGE_PX:
@@ -108,25 +113,6 @@ def _too_few(boards, names):
     missing = tuple(f"calibration/{n}" for n in names if n not in set(np.array(boards.names, object)[boards.both]))
     name = "too_few_pairs" if len(missing) < len(names) / 2 else "board_not_found"
     return Finding(name, says, ADVICE[name], missing, severity=STOPS)
-
-
-def _upside_down(mends, together):
-    """Mends without those that a camera upside down brings about; what to undo in pictures; and the finding, or None."""
-    mirror = next((m for m in mends if m.name == "mirrored"), None)
-    undo = ("", "")
-    if mirror is not None:
-        undo = ("mirror", "") if mirror.side == "left" else ("", "mirror")
-    if together is None:
-        return mends, undo, None
-    roll = rolled_deg(together.solution.rig.rotation)
-    if abs(roll) > 135:
-        rest = [m for m in mends if not (m.name == "reversed_order" and len(m.pairs) == len(m.boards.names))]
-        says = "One camera stands on its head: its pictures are turned by half a turn against the other's."
-        return rest, undo, Finding("upside_down", says, ADVICE["upside_down"], severity=STOPS)
-    if abs(roll) > 45:
-        says = f"One camera lies on its side: its pictures are turned by {abs(roll):.0f}° against the other's."
-        return mends, undo, Finding("on_its_side", says, ADVICE["upside_down"], severity=STOPS)
-    return mends, undo, None
 
 
 def _calibrated(boards, names, depth_mm):

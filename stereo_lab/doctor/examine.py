@@ -54,8 +54,10 @@ def check_recording(recording: Recording, progress: Progress | None = None) -> C
     findings += cameras.findings
     calibration = cameras.states[0] if cameras.states else None
     clean = None if calibration is None else _clean(calibration, findings)
-    if calibration is not None and any(finding.name == "image_size" for finding in findings):
-        recording = replace(recording, image_size=calibration.image_size)  # told once
+    if cameras.size is not None and any(finding.name == "image_size" for finding in findings):
+        recording = replace(recording, image_size=cameras.size)  # told once
+    if any(finding.name == "quarter_turned" for finding in findings):
+        findings = [finding for finding in findings if finding.name != "image_size"]  # that of pictures turned back
     findings += look_at_sets(recording, findings, say)
     if calibration is not None:
         findings = _other_size_than_boards(findings, calibration.image_size)
@@ -117,7 +119,8 @@ def _look_at_boards(recording, depth, findings, say):
     if any(finding.name == "picture_sizes" for finding in findings) and looked.boards.both.sum() < FEWEST:
         return Cameras([])
     with one_thread():
-        return check_cameras(looked.boards, [pair.name for pair in pairs], looked.looks, depth)
+        told = check_cameras(looked.boards, [pair.name for pair in pairs], looked.looks, depth)
+    return replace(told, size=looked.size)
 
 
 def _whole_pairs(own, findings):
