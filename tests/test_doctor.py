@@ -711,6 +711,20 @@ def test_one_cameras_pictures_on_both_sides_are_called_that(bench, tmp_path):
     assert [finding.name for finding in check_recording(open_recording(mine)).findings][:1] == ["same_pictures"]
 
 
+def test_a_calibration_without_the_boards_that_it_was_made_of_is_told(bench, tmp_path, capsys):
+    """Whether it is theirs still, nobody can tell; one that was taken over from elsewhere has none to be held against."""
+    mine = tmp_path / "mine"
+    shutil.copytree(bench.path / "position", mine / "position")
+    for name in ("recording.json", "calibration.json"):
+        shutil.copy(bench.path / name, mine)
+    recording = open_recording(mine)
+    assert bench.is_calibrated and not recording.is_calibrated
+    says = f"{mine / 'calibration.json'} counts only beside the boards that it was made of"
+    (finding,) = check_recording(recording).findings
+    assert finding.name == "no_boards" and says in finding.says
+    assert cli.main(["demo", str(mine)]) == 2 and says in capsys.readouterr().err
+
+
 def _misspell(mine):
     table = mine / "evaluation" / "measured.csv"
     table.write_text(table.read_text(encoding="utf-8").replace("plane", "planne"), encoding="utf-8")

@@ -35,7 +35,7 @@ def add_to(add: Add) -> None:
     calibrate.add_argument("--save", metavar="FILE", help="write the calibration itself, to be loaded in Python")
     calibrate.add_argument("--report", metavar="FILE", help="picture of where the calibration knows least, as HTML")
     calibrate.add_argument(
-        "--keep", action="store_true", help="write it into the recording, so that whoever gets the folder starts with it"
+        "--keep", action="store_true", help="write it into the recording, beside its boards, so that whoever gets the folder starts with it"
     )  # fmt: skip
     calibrate.add_argument(
         "--swap", action="store_true",

@@ -14,7 +14,7 @@ from stereo_lab.kinematics import Registration, TwoLinkArm
 from stereo_lab.recording.bounds import place_mm, plain_name
 from stereo_lab.recording.pictures import PICTURES, without_ending
 from stereo_lab.recording.sample import Ball, Board, Position, Sample, StereoPair
-from stereo_lab.recording.strays import told_of_strays
+from stereo_lab.recording.strays import CALIBRATION, is_bereft, told_of_strays
 
 SHARED_OUT = ("position", "depth")  # sets that are fitted to; every line of their tables may be kept back
 PUT_BACK = "Put it back, or take its other half away: that of the same moment, which need not be the last one."
@@ -172,7 +172,8 @@ class Recording:
     @property
     def is_calibrated(self) -> bool:
         """Whether a calibration can be had: of its boards, or one that was taken over from elsewhere."""
-        return self.has_boards or (self.path / "calibration.json").is_file()
+        brought = self.path / CALIBRATION
+        return self.has_boards or brought.is_file() and not is_bereft(brought)
 
     @property
     def ball_sets(self) -> list[str]:

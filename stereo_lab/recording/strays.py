@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
 from pathlib import Path
 
+from stereo_lab.common.files import read_json
+from stereo_lab.errors import StereoLabError
 from stereo_lab.recording.pictures import PICTURES
 
 SETS = "calibration", "position", "depth", "evaluation", "snaps", "track", "still"
 SIDES = "left", "right"
 TABLE = "measured.csv"
+CALIBRATION, KEY = "calibration.json", re.compile("[0-9a-f]{24}")  # of the pictures that one was made from
 ALIKE = 0.75  # of their letters: "postion" for "position", "Lefts" for "left"
 OTHER_PICTURES = ".heic", ".heif", ".avif", ".webp", ".bmp", ".tif", ".tiff", ".gif", ".raw", ".dng"
 
@@ -30,8 +34,26 @@ def strays(folder: Path) -> list[str]:
 
 
 def told_of_strays(folder: Path) -> str:
-    """The first of :func:`strays` with a space before it, to end a sentence on what is missing; empty where there are none."""
-    return "".join(f" {sentence}" for sentence in strays(folder)[:1])
+    """The first of :func:`strays` with a space before it, to end a sentence on what is missing; empty where there are none.
+
+    A calibration without its boards is one of them here.
+    """
+    bereft = folder / CALIBRATION
+    alone = [
+        f"{bereft} counts only beside the boards that it was made of, and they are not here: put the folder calibration back."
+    ]
+    found = [*strays(folder), *(alone if is_bereft(bereft) else [])]
+    return "".join(f" {sentence}" for sentence in found[:1])
+
+
+def is_bereft(calibration: Path) -> bool:
+    """Whether a calibration is there that was made of boards, and these are not: whether it is theirs still, nobody can tell."""
+    if not calibration.is_file() or (calibration.parent / "calibration" / "left").is_dir():
+        return False
+    try:
+        return bool(KEY.fullmatch(str(read_json(calibration).get("made_from"))))
+    except StereoLabError:  # told where it is used
+        return False
 
 
 def _strays(folder: Path) -> Iterator[str]:
