@@ -96,6 +96,18 @@ def test_cameras_exchanged_in_mid_set(seed):
     assert np.array_equal(mends[0].boards.left, boards.left)  # it is mended
 
 
+@pytest.mark.parametrize("late", [True, False])
+@pytest.mark.parametrize("seed", range(4))
+def test_cameras_that_were_turned_by_half_a_turn_in_mid_set(seed, late):
+    """They stand as others would that were moved, and to turn the pictures back saves all."""
+    _, boards, k = taken(seed)
+    last, there = np.array(boards.size) - 1, (np.arange(PAIRS) >= k) == late
+    turned_round = replace(boards, left=last - boards.left, right=last - boards.right)
+    mends, _ = mend_pairs(mixed(boards, turned_round, there))
+    assert names(mends) == ["pairs_upside_down"] and mends[0].pairs == tuple(np.array(boards.names)[there])
+    assert np.allclose(mends[0].boards.left, boards.left)  # it is mended
+
+
 @pytest.mark.parametrize("side", ["left", "right"])
 @pytest.mark.parametrize("seed", range(3))
 def test_a_mirror_image(seed, side):

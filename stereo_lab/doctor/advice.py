@@ -37,6 +37,7 @@ ADVICE = {
     "one_above_the_other": "Put the cameras side by side and take everything again. Or turn all pictures, in every set, by a quarter.",
     "quarter_turned": "Turn all pictures by a quarter, in every set, and set image_size in recording.json to what they have then.",
     "cameras_exchanged": "Exchange the left and the right pictures of these pairs.",
+    "pairs_upside_down": "Turn both pictures of these pairs by half a turn.",
     "pairs_shifted": "Find the picture that is missing on one side, and number the others after it anew.",
     "pairs_do_not_match": "Take these pictures out, or find their true partners.",
     "not_together": "Switch autofocus off, and hold the board still for a second before each pair; or take both pictures at one moment.",

@@ -22,7 +22,7 @@ from stereo_lab.doctor.steps import (
     pictures_slip,
     what_changed,
 )
-from stereo_lab.doctor.suspects import AS_IS, Suspect, likeliest, shift_in_words
+from stereo_lab.doctor.suspects import AS_IS, OTHERWISE, Suspect, likeliest, put_otherwise, shift_in_words
 from stereo_lab.errors import CalibrationError
 
 ROUNDS = 5
@@ -92,16 +92,16 @@ def _gross(boards, mends):
 
 
 def _not_a_change(found: list[Suspect]) -> Suspect:
-    """The likeliest, but cameras that are exchanged are no cameras that moved: a second step takes both in."""
+    """The likeliest, but cameras that are exchanged, or upside down, are no cameras that moved: a second step takes all in."""
     best = found[0]
-    other = next((s for s in found if s.name == "exchanged"), best)
+    other = next((s for s in found if s.name in OTHERWISE), best)
     as_is = next(s for s in found if s.name == AS_IS)
     return other if best.name == "moved" and other.cost < min(best.cost + 2, as_is.cost - 3) else best
 
 
 def _noted(boards, best, as_is, mends):
     """Put a suspect down; returns the boards without it."""
-    best = _right_way(best, boards) if best.name == "exchanged" else best
+    best = _right_way(best, boards) if best.name in OTHERWISE else best
     both = best.told.get("both") or [{"name": best.name, **best.told}]
     for told in both:
         if told["name"] == "moved":
@@ -113,15 +113,14 @@ def _noted(boards, best, as_is, mends):
 
 
 def _right_way(best, boards):
-    """Of exchanged cameras those pairs that leave the right camera on the right when they are changed."""
+    """Of pairs that were put otherwise those that leave the right camera on the right when they are changed."""
     try:
         if not turned_round(fit_together(best.mended.some(~best.odd)).solution.rig):
             return best
     except (CalibrationError, np.linalg.LinAlgError):
         return best
     others = tuple(name for name in boards.names if name not in best.told["pairs"])
-    mended = replace(best.mended, left=best.mended.right, right=best.mended.left)
-    return replace(best, mended=mended, told={**best.told, "pairs": others})
+    return replace(best, mended=put_otherwise(best.name, best.mended), told={**best.told, "pairs": others})
 
 
 def turned_round(rig: Rig) -> bool:
@@ -147,6 +146,9 @@ def _in_words(told, boards):
     if name == "exchanged":
         pairs = tuple(str(n) for n in told["pairs"])
         return "cameras_exchanged", f"In {_some(pairs)} left and right are exchanged, and in the others not.", pairs
+    if name == "turned":
+        pairs = tuple(str(n) for n in told["pairs"])
+        return "pairs_upside_down", f"In {_some(pairs)} both pictures are upside down, and in the others not.", pairs
     if name.endswith("mirrored"):
         side = told["side"]
         return (

@@ -24,6 +24,7 @@ WRONG_WAY = (
 SHIFTS = (1, -1, 2, -2)
 LEAST_SHIFTED = 2  # pairs that must agree once shifted: one may by chance
 AS_IS = "as_is"
+OTHERWISE = ("exchanged", "turned")  # of some pairs: left with right, or both upside down
 WHOLE = ("right_mirrored", "left_mirrored", "right_reversed")  # of all pairs; another mistake may stand beside it
 
 
@@ -84,7 +85,8 @@ def _suspects(boards: Boards, left: Alone, right: Alone) -> Iterator[Suspect]:
     yield _one_step(AS_IS, 0.0, boards, errors)
     yield from _reversed(boards, left, right, steps, errors)
     yield from _shifted(boards, left, right, steps, errors)
-    yield from _exchanged(boards, left, right, steps, errors)
+    for name in OTHERWISE:
+        yield from _from_one_on(name, boards, left, right, steps, errors)
     yield from _moved(boards, errors)
     yield from _mirrored(boards, left, right)
 
@@ -144,10 +146,19 @@ def _shifted(boards, left, right, steps, errors):
         yield replace(suspect, cost=suspect.cost * count / len(lefts))
 
 
-def _exchanged(boards, left, right, steps, errors):
-    """From one pair on, the left camera's pictures are in the right folder and the other way round."""
-    one = posed_by(left, boards.right, boards.board)
-    crossed = disagreement(one, boards.left, right.lens, steps, boards.board)
+def put_otherwise(name: str, boards: Boards) -> Boards:
+    """All pairs with left and right exchanged, or, of those that are "turned", with both pictures turned by half a turn."""
+    if name == "exchanged":
+        return replace(boards, left=boards.right, right=boards.left)
+    last = np.array(boards.size) - 1
+    return replace(boards, left=last - boards.left, right=last - boards.right)
+
+
+def _from_one_on(name, boards, left, right, steps, errors):
+    """From one pair on, or up to one, pairs are right once they are put otherwise."""
+    others = put_otherwise(name, boards)
+    one = posed_by(left, others.left, boards.board)
+    crossed = disagreement(one, others.right, right.lens, steps, boards.board)
     count = len(boards.names)
     best = None
     for k in range(1, count):
@@ -160,11 +171,11 @@ def _exchanged(boards, left, right, steps, errors):
     if best is None:
         return
     _, k, part, mixed = best
-    swapped = part[:, None, None]
+    wrong = part[:, None, None]
     mended = replace(
-        boards, left=np.where(swapped, boards.right, boards.left), right=np.where(swapped, boards.left, boards.right)
+        boards, left=np.where(wrong, others.left, boards.left), right=np.where(wrong, others.right, boards.right)
     )
-    yield _one_step("exchanged", 1.0, mended, mixed, pairs=tuple(np.array(boards.names)[part]), k=k)
+    yield _one_step(name, 1.0, mended, mixed, pairs=tuple(np.array(boards.names)[part]), k=k)
 
 
 def _moved(boards, errors):
