@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from stereo_lab.doctor.advice import ADVICE
-from stereo_lab.doctor.findings import STOPS, Finding
+from stereo_lab.doctor.findings import COSTS, STOPS, Finding
 from stereo_lab.doctor.measured import SETS
 from stereo_lab.errors import StereoLabError
 from stereo_lab.localization.paper import EQ4_NEEDS, LINE_NEEDS
@@ -86,7 +86,8 @@ def _to_fit(name, lines):
     number = "no line says" if not count else "1 line says" if count == 1 else f"{count} lines say"
     says = f"In the measured.csv of {name} {number} fit in the column use, and the paper's way cannot be fitted: it needs {needed} of them."
     advice = "none_to_fit" if (len(lines) + 1) // 2 >= needed else "too_few_lines"  # every second one is fitted on
-    return [Finding("too_few_to_fit" if count else "none_to_fit", says, ADVICE[advice], severity=STOPS)]
+    name, severity = ("too_few_to_fit", COSTS) if count else ("none_to_fit", STOPS)  # ours is fitted on all of them
+    return [Finding(name, says, ADVICE[advice], severity=severity)]
 
 
 def _to_judge(recording):
