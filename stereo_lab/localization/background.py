@@ -3,8 +3,8 @@
 In a pixel at the rim the light of both is mixed, I = αF + (1 − α)B: F is the ball's light, B the background's, and α the
 part of the pixel that the ball covers. Where B is known, the edge of a book behind the ball is not taken for its rim.
 
-Close to its rim a ball shows less of itself: seen at so flat an angle, its surface mirrors the room (Fresnel). Taken for the
-background, that ring would make the ball too small, and move it where things of other light lie behind its two sides.
+Close to its rim a ball shows less of itself: seen at so flat an angle, its surface mirrors what lies behind it, further out
+(Fresnel). Taken for background, that ring makes the ball too small, and moves it where its two sides mirror other things.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from stereo_lab.recording import Sample
 LEAST, MOST = 5, 9  # pictures; with more little is gained
 # So many of them with the ball within two diameters of one place on the bench: in the median of five it is then not seen
 AT_ONE_PLACE, PLACE = 2, 2.0
-BLUR_PX = 0.8  # standard deviation of an edge in a webcam's picture: lens, pixels, colour mosaic
+BLUR_PX = 0.7  # standard deviation of an edge in a webcam's picture: lens and pixels; its colour is softer yet
 RIM_PX = 4.0  # so far to both sides of the rim pixels are compared; over so few the ball's light changes evenly
 # Between these nothing of the ball is seen: what differs there is noise, or another thing
 FAR_PX, AROUND_PX = 3.0, 12.0
@@ -36,7 +36,8 @@ LEAST_NOISE = np.array([0.5, 0.5, 0.5, 0.5, 0.3, 0.3])  # whole numbers are stor
 AGREE, SAME, CLEAR = 0.75, 2.5, 5.5
 # A shadow or a highlight on the ball, of which the fit knows nothing, changes light more than colour
 COUNTS = np.array([1, 1, 1, 1, 2, 2])
-GLOSS = 0.5  # a smooth ball mirrors by 1, a matt one by 0, and nobody tells which it is: half way neither is far off
+GLOSS, GLOSS_SIGMA = 0.5, 0.7  # a smooth ball mirrors by 1, a matt one by 0: its rim must tell
+OUT = 4.0  # radii from the ball's middle, and blurred by as many, lies what its rim mirrors
 FAR_OFF = 4.0  # medians: what is explained so badly is no ball, but its stand or a finger
 ROUNDS = 4
 # Errors of neighbouring pixels go together (colour mosaic, sharpening, JPEG), and no ball's light changes quite evenly:
@@ -97,8 +98,8 @@ def median_picture(pictures: Sequence[np.ndarray]) -> np.ndarray:
 def fit_on_background(background: np.ndarray, image: np.ndarray, ball: Detection) -> Detection | None:
     """A ball by the cone that explains best how its picture differs from the background; None where that tells nothing.
 
-    Twelve numbers: the cone's axis a' (see ``fit_cone``), and how blue, green and red the ball is in its middle, and how much more
-    so to the right and downwards. Gauss and Newton's least squares.
+    Thirteen numbers: the cone's axis a' (see ``fit_cone``), how blue, green and red the ball is in its middle, and how much more
+    so to the right and downwards, and how much its rim mirrors. Gauss and Newton's least squares.
 
     Parameters
     ----------
@@ -113,8 +114,8 @@ def fit_on_background(background: np.ndarray, image: np.ndarray, ball: Detection
     cone = ball.cone
     if cone is None or cone.smeared or image.shape != background.shape:
         return None
-    rim = _rim(background, image, cone)
-    fitted = None if rim is None else _explain(rim, cone.axis)
+    known = _known(background, image, cone)
+    fitted = None if known is None else _explain(_rim(background, image, cone, *known), cone.axis)
     if fitted is None:
         return None
     axis, information = fitted
@@ -131,73 +132,99 @@ def fit_on_background(background: np.ndarray, image: np.ndarray, ball: Detection
     return replace(ball, u=u, v=v, radius_px=radius, sigma_px=sigma, sigma_radius_px=sigma_radius, cone=cone)
 
 
-class _Rim(NamedTuple):
-    """N blocks of 2 x 2 pixels near the rim; JPEG stores four of light of each, and one of each colour.
+def _known(background, image, cone):
+    """How much lighter it is behind a ball than it was, of blue, green and red, and the noise, (6,); None where the room looks otherwise."""
+    (u, v, r), (height, width) = cone.circle, image.shape[:2]
+    if not (0 <= u < width and 0 <= v < height and 0 < r < width):
+        return None
+    rows, columns, _ = _blocks(cone, r + AROUND_PX, image.shape)
+    beyond = _beyond(_rays(rows, columns, cone.look.camera), cone.axis, r).mean(0)
+    around, inside = (beyond > FAR_PX) & (beyond < AROUND_PX), (beyond > -RIM_PX) & (beyond < -2 * BLUR_PX)
+    if min(map(np.count_nonzero, (around, inside))) < LEAST_BLOCKS:
+        return None
+    stored = _colors(image, rows, columns)
+    seen, behind = LIGHT[stored], LIGHT[_colors(background, rows, columns)]
+    gain = np.median((seen[..., around] + 1) / (behind[..., around] + 1), (1, 2))
+    differs = _compared(stored - _stored(behind * gain[:, None, None]))
+    noise = np.maximum(NORMAL * np.quantile(np.abs(differs[:, around]), QUARTER, axis=1), LEAST_NOISE)
+    away = _length(differs / noise[:, None])
+    if np.quantile(away[around], AGREE) > SAME or np.median(away[inside]) < CLEAR:
+        return None
+    return gain, noise
 
-    ``r``: of the circle they lie round, px; ``rays`` through the pixels, shape (3, 4, N); ``evenly``: 1, how far to the right
-    and how far down they lie, radii, (3, 4, N). Blue, green and red: what is ``stored`` in the picture, and the light of what is
-    ``behind``, (3, 4, N). ``mirrors``: what part of its light a ball so large mirrors at BEYOND. ``noise`` of what is compared, (6, 1).
+
+class _Rim(NamedTuple):
+    """N blocks of 2 x 2 pixels round a rim; JPEG stores four of light of each, and one of each colour.
+
+    ``r``: of the circle they lie round, px; ``shape``: rows and columns of blocks; ``rays`` through the pixels, shape (3, 4, N);
+    ``near`` the rim, (N,), they are compared; ``evenly``: 1, how far to the right and how far down they lie, radii, (3, 4, N).
+    Blue, green and red: what is ``stored`` in the picture, and the light of what is ``behind`` and of what is ``mirrored`` if the
+    rim is there, (3, 4, N). ``mirrors``: how much of it, at BEYOND. ``noise`` of what is compared, (6, 1).
     """
 
     r: float
+    shape: tuple[int, int]
     rays: np.ndarray
+    near: np.ndarray
     evenly: np.ndarray
     stored: np.ndarray
     behind: np.ndarray
+    mirrored: np.ndarray
     mirrors: np.ndarray
     noise: np.ndarray
 
 
-def _rim(background, image, cone):
-    """What is seen at the rim of a cone, and what is behind it; None where the room looks otherwise."""
-    (u, v, r), (height, width) = cone.circle, image.shape[:2]
-    if not (0 <= u < width and 0 <= v < height and 0 < r < width):
-        return None
-    reach = r + AROUND_PX
-    rows, columns = _blocks(u - reach, v - reach, min(width, u + reach), min(height, v + reach))
+def _rim(background, image, cone, gain, noise):
+    """What is seen at the rim of a cone, and what is behind it."""
+    u, v, r = cone.circle
+    rows, columns, shape = _blocks(cone, r + RIM_PX + 2, image.shape)  # a block more than is compared
     rays = _rays(rows, columns, cone.look.camera)
-    beyond = _beyond(rays, cone.axis, r).mean(0)
-    around, near = (beyond > FAR_PX) & (beyond < AROUND_PX), np.abs(beyond) < RIM_PX
-    inside = near & (beyond < -2 * BLUR_PX)
-    if min(map(np.count_nonzero, (around, inside))) < LEAST_BLOCKS:
-        return None
-    stored = image[rows, columns].transpose(2, 0, 1)
-    seen, behind = LIGHT[stored], LIGHT[background[rows, columns].transpose(2, 0, 1)]
-    gain = np.median((seen[..., around] + 1) / (behind[..., around] + 1), (1, 2))  # more or less light than it was
-    behind = behind * gain[:, None, None]
-    differs = _compared(stored - _stored(behind))
-    noise = np.maximum(NORMAL * np.quantile(np.abs(differs[:, around]), QUARTER, axis=1), LEAST_NOISE)[:, None]
-    away = _length(differs / noise)
-    if np.quantile(away[around], AGREE) > SAME or np.median(away[inside]) < CLEAR:
-        return None
-    evenly = np.stack([np.ones(rows.shape), (columns - u) / r, (rows - v) / r])
-    seen = (told[..., near] for told in (rays, evenly, stored, behind))
-    return _Rim(r, *seen, _mirrors(r), noise / COUNTS[:, None])
+    near = np.abs(_beyond(rays, cone.axis, r).mean(0)) < RIM_PX
+    right, down = (columns - u) / r, (rows - v) / r
+    behind, mirrored = LIGHT[_colors(background, rows, columns)], _further_out(background, u, v, r, right, down)
+    light = (told * gain[:, None, None] for told in (behind, mirrored))
+    evenly = np.stack([np.ones(rows.shape), right, down])
+    stored = _colors(image, rows, columns)
+    return _Rim(r, shape, rays, near, evenly, stored, *light, _mirrors(r), (noise / COUNTS)[:, None])
+
+
+def _further_out(background, u, v, r, right, down):
+    """The light of the background OUT radii from (u, v) px, the way that leads to each place, shape (3, 4, N)."""
+    height, width = (max(1, round(side / r)) for side in background.shape[:2])
+    small = cv2.GaussianBlur(cv2.resize(background, (width, height), interpolation=cv2.INTER_AREA), (0, 0), OUT)
+    far = OUT / np.maximum(np.hypot(right, down), 1 / r)
+    x, y = (np.float32((middle + 0.5) / r - 0.5 + far * way) for middle, way in ((u, right), (v, down)))
+    return LIGHT[cv2.remap(small, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)].transpose(2, 0, 1)
 
 
 def _mirrors(r):
-    """What part of its light a ball of this radius, px, mirrors at BEYOND, blurred.
+    """What part of its light a smooth ball of this radius, px, mirrors at BEYOND, blurred.
 
     After C. Schlick, *An Inexpensive BRDF Model for Physically-based Rendering* (1994), eq. 15; what is mirrored in the middle
     as well counts as the ball's own.
     """
     out = 1 + BEYOND * BLUR_PX / r  # radii from the middle
     steep = np.sqrt(np.clip(1 - out * out, 0, 1))  # cosine of the angle at which the surface is seen
-    return GLOSS * np.convolve(np.where(out < 1, (1 - steep) ** 5, 0.0), BLUR, "same")
+    return np.convolve(np.where(out < 1, (1 - steep) ** 5, 0.0), BLUR, "same")
 
 
 def _explain(rim, axis):
     """The axis a' and its information, shape (3, 3); None where nothing can be told."""
-    inside = _beyond(rim.rays, axis, rim.r) < -2 * BLUR_PX
-    own = np.linalg.lstsq(rim.evenly[:, inside].T, LIGHT[rim.stored[:, inside]].T, rcond=None)[0].T
+    inside = rim.near & (_beyond(rim.rays, axis, rim.r).mean(0) < -2 * BLUR_PX)
+    evenly, light = (told[..., inside].reshape(3, -1) for told in (rim.evenly, LIGHT[rim.stored]))
+    own, gloss = np.linalg.lstsq(evenly.T, light.T, rcond=None)[0].T, GLOSS
     for _ in range(ROUNDS):
-        missing, slopes = _missing(rim, axis, own)
+        missing, slopes = _missing(rim, axis, own, gloss)
         away = _length(missing)
         middle = np.median(away)
         counted = (slopes * tukey(away, FAR_OFF * middle)).reshape(len(slopes), -1)
         sums, toward = counted @ slopes.reshape(len(slopes), -1).T, counted @ missing.ravel()
+        strict = (TOGETHER * middle / GLOSS_SIGMA) ** 2
+        sums[-1, -1] += strict
+        toward[-1] += strict * (GLOSS - gloss)
         told, step = cv2.solve(sums, toward[:, None], flags=cv2.DECOMP_CHOLESKY)
-        axis, own = axis + step[:3, 0], own + step[3:].reshape(3, 3)
+        step = step[:, 0]
+        axis, own, gloss = axis + step[:3], own + step[3:-1].reshape(3, 3), gloss + step[-1]
         if not (told and axis @ axis > 1 + 1e-8):
             return None
     shared = sums[:3, 3:]  # what tells of the ball's light as well
@@ -205,24 +232,34 @@ def _explain(rim, axis):
     return axis, information / (TOGETHER * middle) ** 2
 
 
-def _missing(rim, axis, own):
-    """What such a ball does not explain, shape (6, N), and how it changes with the twelve numbers, (12, 6, N).
+def _missing(rim, axis, own, gloss):
+    """What such a ball does not explain, shape (6, near), and how it changes with the thirteen numbers, (13, 6, near).
 
     ``own``: how blue, green and red it is in its middle, and how much more so a radius to the right and down, shape (3, 3).
     """
     off = _beyond(rim.rays, axis, rim.r)
     covered, covers = _at(off, COVERED)
-    mirrored, mirrors = _at(off, rim.mirrors)
-    ball, room = np.tensordot(own, rim.evenly, 1), rim.behind.mean((1, 2), keepdims=True)
-    mixed = (covered - mirrored) * ball + mirrored * room + (1 - covered) * rim.behind
+    shines, shine = _at(off, rim.mirrors)
+    ball = np.tensordot(own, rim.evenly, 1)
+    itself, gained = covered - gloss * shines, covers - gloss * shine
+    mixed = itself * ball + gloss * shines * rim.mirrored + (1 - covered) * rim.behind
     stored = _stored(mixed)
     steep = stored / (GAMMA * np.maximum(mixed, 1))  # change of what is stored by light
-    moves = steep * ((covers - mirrors) * ball + mirrors * room - covers * rim.behind)
+    moves = steep * (gained * ball + gloss * shine * rim.mirrored - covers * rim.behind)
     by_axis = rim.rays[:, None] * (rim.r / (axis @ axis - 1) / (1 + off / rim.r)) * moves
-    own_part = (steep * (covered - mirrored))[:, None, None]
-    by_light = (EACH_COLOR * rim.evenly[:, None] * own_part).reshape(-1, *mixed.shape)
-    slopes = _compared(np.concatenate([by_axis, by_light])) / rim.noise
-    return _compared(rim.stored - stored) / rim.noise, slopes
+    by_light = (EACH_COLOR * rim.evenly[:, None] * (steep * itself)[:, None, None]).reshape(-1, *mixed.shape)
+    by_gloss = steep * shines * (rim.mirrored - ball)
+    slopes = _soft(_compared(np.concatenate([by_axis, by_light, by_gloss[None]])), rim.shape) / rim.noise
+    missing = (_compared(rim.stored) - _soft(_compared(stored), rim.shape)) / rim.noise
+    return missing[..., rim.near], slopes[..., rim.near]
+
+
+def _soft(compared, shape):
+    """The same with colours as soft as JPEG draws them: of a block's own three quarters each way, of its neighbours' an eighth."""
+    colors = np.pad(compared[..., 4:, :].reshape(-1, *shape), ((0, 0), (1, 1), (1, 1)), "edge")
+    down = (colors[:, :-2] + 6 * colors[:, 1:-1] + colors[:, 2:]) / 8
+    soft = (down[..., :-2] + 6 * down[..., 1:-1] + down[..., 2:]) / 8
+    return np.concatenate([compared[..., :4, :], soft.reshape(compared[..., 4:, :].shape)], -2)
 
 
 def _at(off, told):
@@ -230,11 +267,22 @@ def _at(off, told):
     return np.interp(off / BLUR_PX, BEYOND, told), np.interp(off / BLUR_PX, BEYOND, -np.gradient(told, STEP_PX))
 
 
-def _blocks(left, top, right, bottom):
-    """Rows and columns of all blocks of 2 x 2 pixels within, shape (4, N); JPEG counts them from the picture's corner."""
-    down, across = (np.arange(max(0, int(a)) // 2 * 2, int(b) - 1, 2) for a, b in ((top, bottom), (left, right)))
-    rows, columns = np.meshgrid(down, across, indexing="ij")
-    return np.array([[0], [0], [1], [1]]) + rows.ravel(), np.array([[0], [1], [0], [1]]) + columns.ravel()
+def _blocks(cone, reach, shape):
+    """Rows and columns of all blocks of 2 x 2 pixels so near a cone's middle, (4, N), and how many there are down and across.
+
+    JPEG counts blocks from the corner of the picture.
+    """
+    down, across = (
+        np.arange(max(0, int(middle - reach)) // 2 * 2, int(min(side, middle + reach)) - 1, 2)
+        for middle, side in ((cone.v, shape[0]), (cone.u, shape[1]))
+    )
+    rows, columns = (blocks.ravel() for blocks in np.meshgrid(down, across, indexing="ij"))
+    return np.array([[0], [0], [1], [1]]) + rows, np.array([[0], [1], [0], [1]]) + columns, (len(down), len(across))
+
+
+def _colors(image, rows, columns):
+    """Blue, green and red there, shape (3, 4, N)."""
+    return image[rows, columns].transpose(2, 0, 1)
 
 
 def _rays(rows, columns, camera):
