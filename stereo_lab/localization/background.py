@@ -52,6 +52,7 @@ EACH_COLOR = np.eye(3)[:, None, :, None, None]
 BEYOND = np.linspace(-6, 6, 241)  # standard deviations of the blur
 STEP_PX = (BEYOND[1] - BEYOND[0]) * BLUR_PX
 COVERED = np.array([0.5 * math.erfc(x / 2**0.5) for x in BEYOND])
+COVERS = -np.gradient(COVERED, STEP_PX)  # so much more of it where the rim lies a pixel further out
 BLUR = np.exp(-np.square(BEYOND) / 2) / np.exp(-np.square(BEYOND) / 2).sum()
 
 
@@ -159,7 +160,7 @@ class _Rim(NamedTuple):
     ``r``: of the circle they lie round, px; ``shape``: rows and columns of blocks; ``rays`` through the pixels, shape (3, 4, N);
     ``near`` the rim, (N,), they are compared; ``evenly``: 1, how far to the right and how far down they lie, radii, (3, 4, N).
     Blue, green and red: what is ``stored`` in the picture, and the light of what is ``behind`` and of what is ``mirrored`` if the
-    rim is there, (3, 4, N). ``mirrors``: how much of it, at BEYOND. ``noise`` of what is compared, (6, 1).
+    rim is there, (3, 4, N). ``mirrors``: how much of it, at BEYOND, and how that changes. ``noise`` of what is compared, (6, 1).
     """
 
     r: float
@@ -170,7 +171,7 @@ class _Rim(NamedTuple):
     stored: np.ndarray
     behind: np.ndarray
     mirrored: np.ndarray
-    mirrors: np.ndarray
+    mirrors: tuple[np.ndarray, np.ndarray]
     noise: np.ndarray
 
 
@@ -198,14 +199,15 @@ def _further_out(background, u, v, r, right, down):
 
 
 def _mirrors(r):
-    """What part of its light a smooth ball of this radius, px, mirrors at BEYOND, blurred.
+    """What part of its light a smooth ball of this radius, px, mirrors at BEYOND, blurred; and as COVERS, how that changes.
 
     After C. Schlick, *An Inexpensive BRDF Model for Physically-based Rendering* (1994), eq. 15; what is mirrored in the middle
     as well counts as the ball's own.
     """
     out = 1 + BEYOND * BLUR_PX / r  # radii from the middle
     steep = np.sqrt(np.clip(1 - out * out, 0, 1))  # cosine of the angle at which the surface is seen
-    return np.convolve(np.where(out < 1, (1 - steep) ** 5, 0.0), BLUR, "same")
+    mirrors = np.convolve(np.where(out < 1, (1 - steep) ** 5, 0.0), BLUR, "same")
+    return mirrors, -np.gradient(mirrors, STEP_PX)
 
 
 def _explain(rim, axis):
@@ -238,8 +240,9 @@ def _missing(rim, axis, own, gloss):
     ``own``: how blue, green and red it is in its middle, and how much more so a radius to the right and down, shape (3, 3).
     """
     off = _beyond(rim.rays, axis, rim.r)
-    covered, covers = _at(off, COVERED)
-    shines, shine = _at(off, rim.mirrors)
+    covered, covers, shines, shine = (
+        np.interp(off / BLUR_PX, BEYOND, told) for told in (COVERED, COVERS, *rim.mirrors)
+    )
     ball = np.tensordot(own, rim.evenly, 1)
     itself, gained = covered - gloss * shines, covers - gloss * shine
     mixed = itself * ball + gloss * shines * rim.mirrored + (1 - covered) * rim.behind
@@ -260,11 +263,6 @@ def _soft(compared, shape):
     down = (colors[:, :-2] + 6 * colors[:, 1:-1] + colors[:, 2:]) / 8
     soft = (down[..., :-2] + 6 * down[..., 1:-1] + down[..., 2:]) / 8
     return np.concatenate([compared[..., :4, :], soft.reshape(compared[..., 4:, :].shape)], -2)
-
-
-def _at(off, told):
-    """What is told at BEYOND, so far beyond the rim, px; and how much more of it where the rim lies a pixel further out."""
-    return np.interp(off / BLUR_PX, BEYOND, told), np.interp(off / BLUR_PX, BEYOND, -np.gradient(told, STEP_PX))
 
 
 def _blocks(cone, reach, shape):
