@@ -36,8 +36,9 @@ LEAST_NOISE = np.array([0.5, 0.5, 0.5, 0.5, 0.3, 0.3])  # whole numbers are stor
 AGREE, SAME, CLEAR = 0.75, 2.5, 5.5
 # A shadow or a highlight on the ball, of which the fit knows nothing, changes light more than colour
 COUNTS = np.array([1, 1, 1, 1, 2, 2])
-GLOSS, GLOSS_SIGMA = 0.5, 0.7  # a smooth ball mirrors by 1, a matt one by 0: its rim must tell
-OUT = 4.0  # radii from the ball's middle, and blurred by as many, lies what its rim mirrors
+GLOSS, GLOSS_SIGMA = 0.5, 0.4  # a smooth ball mirrors by 1, a matt one by 0: its rim must tell
+# Radii from the ball's middle: of its last pixel each part mirrors at another angle, and so what lies anywhere from here to there
+OUT = np.linspace(2, 20, 10)
 FAR_OFF = 4.0  # medians: what is explained so badly is no ball, but its stand or a finger
 ROUNDS = 4
 # Errors of neighbouring pixels go together (colour mosaic, sharpening, JPEG), and no ball's light changes quite evenly:
@@ -182,20 +183,24 @@ def _rim(background, image, cone, gain, noise):
     rays = _rays(rows, columns, cone.look.camera)
     near = np.abs(_beyond(rays, cone.axis, r).mean(0)) < RIM_PX
     right, down = (columns - u) / r, (rows - v) / r
-    behind, mirrored = LIGHT[_colors(background, rows, columns)], _further_out(background, u, v, r, right, down)
+    behind, mirrored = LIGHT[_colors(background, rows, columns)], _mirrored(background, u, v, r, right, down)
     light = (told * gain[:, None, None] for told in (behind, mirrored))
     evenly = np.stack([np.ones(rows.shape), right, down])
     stored = _colors(image, rows, columns)
     return _Rim(r, shape, rays, near, evenly, stored, *light, _mirrors(r), (noise / COUNTS)[:, None])
 
 
-def _further_out(background, u, v, r, right, down):
-    """The light of the background OUT radii from (u, v) px, the way that leads to each place, shape (3, 4, N)."""
-    height, width = (max(1, round(side / r)) for side in background.shape[:2])
-    small = cv2.GaussianBlur(cv2.resize(background, (width, height), interpolation=cv2.INTER_AREA), (0, 0), OUT)
-    far = OUT / np.maximum(np.hypot(right, down), 1 / r)
-    x, y = (np.float32((middle + 0.5) / r - 0.5 + far * way) for middle, way in ((u, right), (v, down)))
-    return LIGHT[cv2.remap(small, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)].transpose(2, 0, 1)
+def _mirrored(background, u, v, r, right, down):
+    """The light that a rim mirrors, shape (3, 4, N): of the background's, out from (u, v) px over each place, the mean at OUT."""
+    width, height = (max(1, round(side / r)) for side in background.shape[1::-1])
+    small = LIGHT[cv2.resize(background, (width, height), interpolation=cv2.INTER_AREA)].astype(np.float32)
+    turns = 2 * math.pi / RAYS * np.arange(RAYS)
+    x, y = (
+        np.float32((middle + 0.5) / r - 0.5 + np.outer(OUT, way(turns))) for middle, way in ((u, np.cos), (v, np.sin))
+    )
+    light = cv2.remap(small, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).mean(0)
+    nearest = np.rint(np.arctan2(down, right) * RAYS / (2 * math.pi)).astype(int) % RAYS
+    return light[nearest].transpose(2, 0, 1)
 
 
 def _mirrors(r):
