@@ -826,3 +826,15 @@ def test_a_path_is_no_picture(bench):
     for given in (path, str(path)):
         with pytest.raises(StereoLabError, match=r"got the path '.*'\. Read it first: read_image\(path\)"):
             BallDetector("red").detect(given)
+
+
+def test_a_camera_is_a_matrix_and_its_distortion(bench):
+    """A whole calibration, the likely mistake, or a camera without focal length is told at once, not at the first ball."""
+    calibration = calibrate_recording(bench)
+    matrix, distortion = calibration.camera("left")
+    for given in (calibration, matrix, "left", (np.zeros((3, 3)), distortion), (matrix, distortion[:3])):
+        with pytest.raises(StereoLabError, match=r'as calibration\.camera\("left"\) gives it; got '):
+            BallDetector("red", camera=given)
+    image = bench.pairs("snaps")[0].left
+    straight = BallDetector("red", camera=(matrix.tolist(), None)).detect(image)
+    assert straight.center_px == BallDetector("red", camera=(matrix, np.zeros(5))).detect(image).center_px

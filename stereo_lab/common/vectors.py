@@ -14,6 +14,8 @@ from stereo_lab.errors import StereoLabError
 X, Y, Z = np.eye(3)
 CROSS = np.stack([0 * X, -Z, Y, Z, 0 * X, -X, -Y, X, 0 * X], 1)  # the nine entries of the matrix, row by row
 
+DISTORTIONS = 4, 5, 8, 12, 14  # so many numbers of it OpenCV knows
+
 
 def cross(vectors: np.ndarray) -> np.ndarray:
     """The matrices that take the cross product with vectors, shapes (..., 3) and (..., 3, 3)."""
@@ -42,6 +44,26 @@ def as_numbers(values: ArrayLike) -> np.ndarray:
         return np.asarray(values, float)
     except (TypeError, ValueError):
         raise StereoLabError(f"Expected numbers, in rows of one length; got {reprlib.repr(values)}.") from None
+
+
+def as_camera(camera: object) -> tuple[np.ndarray, np.ndarray]:
+    """One camera as OpenCV takes it: its matrix, shape (3, 3), and its distortion, for which None may stand.
+
+    Raises
+    ------
+    StereoLabError
+        If it is something else, such as a whole calibration.
+    """
+    try:
+        matrix, distortion = (np.asarray(part if part is not None else np.zeros(5), float) for part in camera)  # type: ignore[attr-defined]
+        right = matrix.shape == (3, 3) and matrix[0, 0] > 0 and distortion.size in DISTORTIONS
+    except (TypeError, ValueError):
+        right = False
+    if not right:
+        raise StereoLabError(
+            f'Expected one camera, (matrix of shape (3, 3), distortion), as calibration.camera("left") gives it; got {reprlib.repr(camera)}.'
+        )
+    return matrix, distortion
 
 
 def for_each(values: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:

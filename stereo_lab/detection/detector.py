@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stereo_lab.common.vectors import as_camera
 from stereo_lab.detection import candidates as where
 from stereo_lab.detection.color import BallColor
 from stereo_lab.detection.cone import fit_cone
@@ -61,7 +62,7 @@ class BallDetector:
         if method not in ("paper", "cone"):
             raise StereoLabError(f'There is no method {method!r}. Choose "paper" or "cone".')
         self.color = color if isinstance(color, BallColor) else BallColor.named(color)
-        self.method, self.camera, self.best_guess = method, camera, best_guess
+        self.method, self.best_guess, self.camera = method, best_guess, None if camera is None else as_camera(camera)
 
     def detect(self, image: np.ndarray, near: Detection | None = None) -> Detection | None:
         """The ball, or None where there is none.
@@ -128,8 +129,7 @@ class BallDetector:
     def weighed_at(self, image: np.ndarray, circles: Sequence[Circle]) -> list[tuple[Detection, float]]:
         """The same by a long look at some places (u, v, radius), px."""
         step = max(1, round(_least_radius(check_image(image)) / LONG_STEP))
-        colored = _colored(self.color.likeness(image, step), step)
-        things = self._look_at(image, 1, circles, colored)
+        things = self._look_at(image, 1, circles, _colored(self.color.likeness(image, step), step))
         return [(_detection(thing.cone, _probability(thing.logit)), thing.logit) for thing in things]
 
     def things(self, image: np.ndarray, everything: bool = False) -> list[Thing]:
