@@ -32,6 +32,11 @@ WITH_DISTANCE = (
     r".*(grow|increas|ris(es|ing)|larger|bigger|greater|more|wider|longer|higher|\bup\b)"
     r".*(distance|depth|(?<!jumps )(?<!moves )\b(farther|further|far)\b|away|stretch|\barm\b.*long).*"
 )
+# Something else than the jump is said to grow
+ANOTHER_GROWS = (
+    "(?!.*jump)(the |its )?(ball|finger|wall|distance|depth|error|time|size|radius|diameter|picture|speed)( of the ball| to the cameras?)?( itself)?"
+    " ((grow|increas|rise|enlarge)[a-z]*|(gets?|becomes?|is) (larger|bigger|greater|longer|more|higher))( .*)?|.*jumps? (farther|further) away"
+)
 LESS_DISTANCE = (
     "(as|when|if|while|because|since) (the |its )?(distance|depth) (is |gets |becomes )?(decreas(es|ing)|shrinks|shrinking|falls|drops|smaller|shorter|less)"
     "|with (a )?(less|smaller|shorter|decreasing|shrinking) (distance|depth)"
@@ -154,12 +159,15 @@ def questions(recording: Recording, balls: tuple[Detection, Detection] | None = 
                 same=(
                     (LESS_DISTANCE, ""), ("stops? growing|no longer grows?", "stays"),
                     ("(gets|becomes|is|it's)? ?(larger|bigger|more|greater|wider|longer|higher)( jump| jumps)?", "grows"),
-                    ("increas(es|ing|e)|ris(es|e|ing)|(goes |moves )?up|jumps farther|expands", "grows"),
+                    ("increas(es|ing|e)|enlarges?|ris(es|e|ing)|(goes |moves )?up|jumps farther|expands", "grows"),
                     ("(gets|becomes|grows|is|it's)? ?(smaller|less|lower|shorter|narrower)( jump| jumps)?", "shrinks"),
                     ("decreas(es|ing|e)|falls|fall|drops|(goes |moves )?down|sinks", "shrinks"),
                     ("(stays |is )?(the )?same|constant|(does not|doesn't|no) change|unchanged|nothing|equal", "stays"),
                 ),
-                not_meant=((WITH_DISTANCE, NEAR_YOUR_NOSE),),
+                not_meant=(
+                    (WITH_DISTANCE, NEAR_YOUR_NOSE),
+                    (ANOTHER_GROWS, "that is not the jump. The ball comes nearer: does the number of pixels that it jumps by grow, shrink or stay?"),
+                ),
                 beside=(
                     (".*(zero|vanish|disappear|nothing).*", "only what is very far away stands still. Hold the finger near: does it jump more, or less?"),
                     ("(it |the ball )?(jumps?|moves?|chang(es|e|ing)).*", "it does. Does the jump grow, shrink or stay, when the ball comes nearer?"),
