@@ -110,17 +110,17 @@ class Number:
         return self.wrong[min(shown)[1]] if shown else None
 
     def carried(self, answer: Any) -> Any:
-        """A right answer as the cells below can count with it: a text or a list of one as the number that it tells."""
+        """A right answer as the cells below can count with it: a text, a list of one or a list of texts as the numbers that it tells."""
         right = np.asarray(self.right, float)
         if issubclass(type(answer), str):
             answer = np.array(self._read(str(answer), right))
-        if right.size == 1 and not isinstance(answer, (int, float, np.number)):
-            return float(as_numbers(answer).ravel()[0])
-        return (
-            tuple(as_numbers(answer).ravel().tolist())
-            if right.size > 1 and not isinstance(answer, (tuple, list))
-            else answer
-        )
+        plain = (int, float, np.number)
+        if isinstance(answer, (tuple, list)) and right.size > 1 and all(isinstance(part, plain) for part in answer):
+            return answer
+        if isinstance(answer, plain):
+            return answer
+        numbers = as_numbers(answer).ravel().tolist()
+        return numbers[0] if right.size == 1 else tuple(numbers)
 
     def _read(self, text, right):
         """The numbers of a text, or a sentence. A comma before three digits is a decimal one, unless the number is right without.
