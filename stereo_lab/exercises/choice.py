@@ -26,6 +26,13 @@ from stereo_lab.exercises.verdict import NOT_ATTEMPTED, NOT_YET, PASS, Verdict, 
 JOINED = re.compile(r"\b(?:and|or)\b")
 UNIT = r"(?:[mc]m|m|(?:milli|centi)?met(?:re|er)s?|(?:milli)?seconds?|minutes|hours|pictures|frames)\b"
 NUMBER_WORD = re.compile(rf"\b({'|'.join(IN_WORDS)})(?:[\s-]+|\s+an?\s+)(?={UNIT})", re.IGNORECASE)
+# "only a ring", "nothing but a ring", "a ring and nothing else" are a ring; "bends it, but only a bit" bends it; "grows and grows" grows
+NOTHING_ELSE = re.compile(
+    r"^(?:nothing (?:but|other than|else than)|only(?! (?:if|when|while|until|after|for|in|at|near)\b))\s+|,?\s*(?:and|but) nothing (?:else|more)$"
+    r"|,?\s*(?:but )?(?:only|just) (?:very )?(?:slightly|an? (?:tiny |little )?(?:bit|little))$",
+    re.IGNORECASE,
+)
+TWICE = re.compile(r"\b(\w+) and \1\b", re.IGNORECASE)
 NOT_ONLY = re.compile(r"\bnot (?:only|just|merely) (.+?),?\s(?:but also|but|also)\s", re.IGNORECASE)
 # What is taken and what is rejected: "on a stick, not in my fingers", "on a stick, fingers away", "it does not move it, it bends it"
 REJECTED = (
@@ -173,6 +180,6 @@ class Choice:
 
 
 def _in_plain_form(answer):
-    """An answer with "is not" for "isn't", figures before units, and "this and that" for "not only this but that"."""
+    """An answer with "is not" for "isn't", figures before units, and without words that add nothing to what they stand beside."""
     answer = NUMBER_WORD.sub(lambda found: IN_WORDS[found[1].lower()] + " ", without_contractions(answer))
-    return NOT_ONLY.sub(r"\1 and ", answer)
+    return NOTHING_ELSE.sub("", TWICE.sub(r"\1", NOT_ONLY.sub(r"\1 and ", answer)))
