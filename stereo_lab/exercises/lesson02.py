@@ -14,6 +14,11 @@ from stereo_lab.recording import Recording
 
 HUES = np.array([0, 2, 6, 7, 8, 30, 90, 120, 171, 172, 173, 175, 179], np.uint8)
 CENTERS = ((10.0, 10.0, 13.0, 14.0), (100.0, 50.0, 100.25, 50.5), (20.0, 30.0, 26.0, 28.5))
+EMPTY_INSIDE = (
+    r"[,:;]? \(?((but|and|with|there|that|which|is|has|of|an?) )*"
+    "(a?round nothing|((nothing|empty|hollow|hole|no (vote|point|dot)s?( (reach(es)?|gets? to|meets? (in|at)))?)( (in|at|inside))?|without)"
+    r"( (an?|the|its))? (centre|center|middle))\)?"
+)
 POINTS = "((many|several|single) )?(points|dots|spots)"
 # Rings that votes towards the bright side do not draw; half the ball's own size may be right
 OTHER_RINGS = (
@@ -227,7 +232,11 @@ def _peak():
                     "((of|with) )?half (of )?(the |its |as )?(radius|size|diameter|large|big)( as)?( (of )?the (ball|rim|circle))?",
                     "",
                 ),
-                (r"(circle|ring),? \(?((that is )?smaller than the (ball|rim|outline|circle)|but smaller)\)?", "ring"),
+                (
+                    r"(circle|ring),? \(?(((that|which) is )?smaller( than the (ball|rim|outline|circle))?|but smaller)\)?",
+                    "ring",
+                ),
+                (f"(circle|ring){EMPTY_INSIDE}", "ring"),
                 ("((of|with) )?(an? )?smaller (radius|size|diameter)( than the (ball|rim|circle))?", ""),
                 (
                     f"(circle|ring) of {POINTS}|{POINTS} (on|in|along|round|forming|that form) an? ((small|smaller) )?(circle|ring)",
