@@ -41,6 +41,8 @@ LESS_DISTANCE = (
     "(as|when|if|while|because|since) (the |its )?(distance|depth) (is |gets |becomes )?(decreas(es|ing)|shrinks|shrinking|falls|drops|smaller|shorter|less)"
     "|with (a )?(less|smaller|shorter|decreasing|shrinking) (distance|depth)"
 )
+# What "farther left" says of the ball, beside the picture that is named
+FARTHER_LEFT = "(farther|further|more) (to the )?left|(it|the ball) (moves|jumps|goes|shifts) (to the )?left"
 THERE_FIRST = rf"(the ball )?(in )?(the )?{{}}{PICTURE},? (it )?is (farther |further |more )?(to the )?left( there)?"
 
 
@@ -60,9 +62,12 @@ def questions(recording: Recording, balls: tuple[Detection, Detection] | None = 
                 same=(
                     (rf"{THE_BALL}right{PICTURE}", "right"), (rf"{THE_BALL}left{PICTURE}", "left"),
                     (THERE_FIRST.format("right"), "right"), (THERE_FIRST.format("left"), "left"),
-                    ("second|r|right-?hand", "right"), ("first|l|left-?hand", "left"),
+                    (FARTHER_LEFT, ""), ("second|r|right-?hand", "right"), ("first|l|left-?hand", "left"),
                 ),
-                not_meant=(("(it is |the ball is )?right in the (middle|centre|center)", SIDE_BY_SIDE),),
+                not_meant=(
+                    ("(it is |the ball is )?right in the (middle|centre|center)", SIDE_BY_SIDE),
+                    ("(the ball is|(the ball|it) (is|stands|lies) (farther |further |more )?(on|to) the) right( side)?", "that is where the ball is. In which of the two pictures is it farther to the left?"),
+                ),
                 beside=((".*(both|same|equal|neither|none|no difference|middle).*", SIDE_BY_SIDE),),
             ),
             hints=(
