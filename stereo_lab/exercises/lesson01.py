@@ -228,12 +228,13 @@ def _unseen():
             "what the fit has not seen cannot flatter it.",
             also=("unseen ones", "unseen pair", "new pairs", "other pairs", "others"),
             same=(
+                ("((taken|shot|made) )?(of|from|with|by) the same (board|chessboard|rig|bench|camera)s?", ""),
                 (
                     f"((the |some )?(ones|pairs|pictures|boards|images|data|those) )?(which |that )?((it|the fit|the calibration) )?((were|was|are|have|has|had|is|did|does|do|could) )?(not|never) (been )?(use|used|see|saw|seen|know|knew|known|met|fitted|(part of|in|from) {OF_THE_FIT}|(calibrated|train|trained|fitted) (on|with))( before| yet)?( pairs)?|((the |some )?(ones|pairs|pictures|boards|images|data|those) )?((which|that) (are|were) )?(from )?outside (of )?{OF_THE_FIT}|(pairs|pictures|boards|images|ones|data) (that )?(nobody|no one) (has )?(used|seen|saw|knew)",
                     "unseen pairs",
                 ),
                 (
-                    f"(un|un-|non-|non |not )seen {PICTURES}|({NEW}|test) (set of )?{PICTURES}( than [^,;]+)?|^((the|by|on) )*{NEW}$|(pairs|pictures|boards|images|ones|data) (that (are|were) )?(kept|held|put|left) (back|out|aside|apart)",
+                    f"(more )?(un|un-|non-|non |not )seen {PICTURES}|({NEW}|test) (set of )?{PICTURES}( than [^,;]+)?|^((the|by|on) )*{NEW}$|(pairs|pictures|boards|images|ones|data) (that (are|were) )?(kept|held|put|left) (back|out|aside|apart)",
                     "unseen pairs",
                 ),
                 (
