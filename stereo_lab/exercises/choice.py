@@ -147,7 +147,7 @@ class Choice:
 
     def _turns_round(self, answer):
         """Whether a word for the right option, anything else allowed round it, was found beside a "not" that it does not expect."""
-        told = without_contrast(str.lower(answer))
+        told = self._with_options(answer, [pair for pair in self.same if not key_words(pair[1])])
         if ALL_BUT.search(told):
             return True
         if not key_words(told) & NEGATIONS - key_words(self.right):

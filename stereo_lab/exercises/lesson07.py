@@ -24,6 +24,10 @@ BESIDE_IT = (
     ".*stick.*\\b((near|next to|beside|by|close to) (the |my )?(ball|arm|robot|gripper|hand|it)|close by|nearby)\\b.*"
 )
 IT_IS_BACK = "(when|if|once) (the ball|it) (comes|is) (back|out|seen|there|visible)"
+IT_IS_NOT_BACK = (
+    "((and|but|then) )?((if|when|as long as) (the ball|it) (does|did|is|has)( still)? not( (come|appear|been|be|seen|found|there|visible|out|back|again|then|by))*"
+    "|unless (the ball|it) (comes|is) back),?"
+)
 NO_END = "(until|till|for ?ever|always|never)"
 
 
@@ -198,12 +202,12 @@ def _hidden():
             ),
             "as long as the prediction is worth something.",
             same=(
+                (IT_IS_NOT_BACK, ","),
                 ("(?<=then )(stop and )?(wait|stay)( there)? until (the ball|it) (comes|is) back( again)?", "stop"),
                 ("( and)? (wait|stay)( there)? until (the ball|it) (comes|is) back( again)?", ""),
-                (f"^{ARM}{GOES_ON} for {MOMENT},? (and|then|and then) {STOPS} if (the ball|it) (does|is|has)( still)? not .*$", "go on for a moment, then stop"),
                 (f"^{ARM}{GOES_ON}(?!.*({TOO_LONG}|{IT_IS_BACK}))((?!{NO_END}).)*(then|than|and|but).*{STOPS}.*$", "go on for a moment, then stop"),
                 (f"^{ARM}{GOES_ON}.* until .*(sigma|σ|uncertain|unsure|doubt|useless|worthless|no longer (sure|known|worth)|(band|guess|prediction|error)( (is|gets|becomes|grows))? (as |too |very )?(wide|wider|large|larger|big|bigger|unsure|bad)\\b|too (wide|unsure)).*$", "go on for a moment, then stop"),
-                (f"^{ARM}{GOES_ON}(,? but)?( only| just)? for {MOMENT}((?! or )[^,])*$", "go on for a moment, then stop"),
+                (f"^{ARM}{GOES_ON}(,? but)?( only| just)? for {MOMENT}([ ,.;]*{STOPS})?((?! or )[^,])*,?$", "go on for a moment, then stop"),
                 (f"^{ARM}{STOPS},? ((but )?(only )?after {MOMENT}|but not at once).*$", "go on for a moment, then stop"),
                 (f"^((it |the arm )?(should |must |has to )?{STOPS}.*|(do )?nothing|(do not|don't|not) move)$", "stop at once"),
                 (f"^{ARM}{GOES_ON}( it| the prediction)?( {NO_END}.*|.*({TOO_LONG}|{IT_IS_BACK}).*)?$", "go on until the ball comes back"),
