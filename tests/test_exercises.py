@@ -550,6 +550,7 @@ def test_a_blank_left_in_a_function_is_no_attempt(answer):
     [
         (Number(7.9, 0.1, "mm"), "7.9 mm", 7.9), (Number(7.9, 0.1, "mm"), "0.79 cm", 7.9), (Number(7.9, 0.1, "mm"), [7.9], 7.9),
         (Number(7.9, 0.1, "mm"), np.array([7.9]), 7.9), (Number(3, 0, ""), "three", 3.0), (Number((9, 6), 0), "9x6", (9.0, 6.0)),
+        (Number((9, 6), 0), ("9", "6"), (9.0, 6.0)),
     ],
 )  # fmt: skip
 def test_what_is_carried_can_be_counted_with(kind, answer, carried):
