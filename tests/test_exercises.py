@@ -510,6 +510,8 @@ def test_the_form_of_a_right_answer_does_not_matter(kind, answer):
         (Function(lambda x: x, ((1.0,),), 0.1), lambda: 1.0, "must take 1: x"),
         (Function(lambda x: x, ((np.ones(3),),), 0.1), lambda x: x or x, "write | and &"),
         (Function(lambda x: x, ((np.ones(3),),), 0.1), lambda x: math.sqrt(x), "from np"),
+        (Function(lambda x: x, ((1.0,),), 0.1), lambda x: math.hypot((x, 2 * x)), "take the inner brackets away"),
+        (Function(lambda x: x, ((1.0,),), 0.1), lambda x: math.sqrt([x, 2 * x]), "take one with [0] or [1]"),
         (Function(lambda x: x, ((1.0,),), 0.1), lambda x: x(2), "a * is missing"),
         (Function(lambda x: x, ((1.0,),), 0.1), lambda x: c_u + x, "not known here"),  # noqa: F821
         (Function(lambda h: (h <= 7) | (h >= 172), ((np.uint8([0, 7, 8, 90, 172, 179]),),), 0), lambda h: (h - 172) % 180 <= 15, "h holds bytes, and below 0 a byte goes on from 255"),

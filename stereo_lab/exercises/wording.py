@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+import traceback
 from typing import Any
 
 import numpy as np
@@ -89,6 +91,9 @@ def in_plain_words(error: BaseException, arrays: bool = False) -> str:
             "write the equation itself, with the names in the brackets of the def line."
         )
     told, plain = error_in_words(error), meaning_of(error)
+    stopped_in = "".join(frame.line or "" for frame in traceback.extract_tb(error.__traceback__)[-1:])
+    if re.search(r"hypot\(\s*[\[(]", stopped_in) and re.search(r"not (tuple|list)$", told):
+        plain = "hypot takes numbers with commas between them: take the inner brackets away."
     if isinstance(error, NameError) and not plain:
         name = str(getattr(error, "name", ""))
         if name.startswith("arc"):
