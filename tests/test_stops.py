@@ -29,6 +29,8 @@ def run(bench, monkeypatch, capsys):
             "yet. Run the cells above this one first. Where none of them imports it, write import math in a cell above",
         ),
         ("1 / 0", "below a line is zero"),
+        ("import numpy as np; np.zeros(3).norm()", "an array has .shape"),
+        ("from stereo_lab.recording import Position; Position(1, 2, 3).x_mm = 0", "a name of its own"),
     ],
 )
 def test_the_meaning_stands_below_pythons_own_words(run, cell, said):

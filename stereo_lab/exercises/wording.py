@@ -78,6 +78,8 @@ SAID = (
     ("only integer scalar arrays", "an index is one whole number: [0], [1]."),
     ("has no attribute 'mean'", "this is one number already, or a list: np.array has .mean() and .sum()."),
     ("has no attribute 'sum'", "this is one number already, or a list: np.array has .mean() and .sum()."),
+    ("'numpy.ndarray' object has no attribute", "an array has .shape, .mean(), .sum() and .max(); for other things np has functions, as np.linalg.norm(T)."),
+    ("cannot assign to field", "places and detections stay as they are: give what you work out a name of its own, as dx = a.x_mm - b.x_mm."),
     ("'tuple'", "a pair of numbers stands where one is meant: take one with [0] or [1]."),
     ("not tuple", "a pair of numbers stands where one is meant: take one with [0] or [1]."),
 )  # fmt: skip
