@@ -423,7 +423,7 @@ def test_a_function_cannot_change_its_inputs():
     [
         (Number(120.5, 0.5, "mm"), "120.5 mm"), (Number(120.5, 0.5, "mm"), "120,5"), (Number(120.5, 0.5, "mm"), "120.5mm."),
         (Number(2.0, 0.05), "twice"), (Number(2.0, 0.05), "2x"), (Number(-1.4, 0.05), "−1.4 mm per px"),
-        (Number((9, 6), 0), "9x6"), (Number((9, 6), 0), "9 across, 6 down"), (Number((9, 6), 0), "(9, 6)"),
+        (Number((9, 6), 0), "9x6"), (Number((9, 6), 0), "9*6"), (Number((9, 6), 0), "9 across, 6 down"), (Number((9, 6), 0), "(9, 6)"),
         (Choice("grows", (Wrong("shrinks", "no"), Wrong("stays", "no")), "yes"), "The jump grows."),
         (Choice("bends it", (Wrong("moves it", "no"), Wrong("nothing", "no")), "yes"), "it bends"),
         (Choice("unseen pairs", (Wrong("the same pairs", "no"), Wrong("more decimals", "no")), "yes"), ["'unseen'"]),
@@ -470,6 +470,8 @@ def test_the_form_of_a_right_answer_does_not_matter(kind, answer):
         (Function(lambda x: x <= 7, ((np.array([3, 8]),),), 0), lambda x: x <= 9, "for x = 8 it says True"),
         (Function(lambda x: x.mean(), ((np.arange(5.0),),), 1e-6), lambda x: x.sum() / (x - x.mean()).sum(), "no bounds"),
         (Number(120.5, 0.5), "12 or 120.5", "expected a number"),
+        (Number(2047.2, 0.5), "4094.4/2", "Python in quotes"), (Number(2047.2, 0.5), "180/360*4094.4", "Python in quotes"),
+        (Number(180.0, 0.5), "180 * 1 s", "there are 2"), (Number(180.0, 0.5), "one hundred eighty", "this is a text"),
         (Number(640.0, 0.5), np.zeros(3), "these are 3."),
         (Number((9.0, 6.0), 0.1), 9, "expected 2 numbers, this is one"),
         (Number(20.0, 0.05, "mm", (Wrong(0.02, "in metres"),)), 0.0, "too small"),

@@ -34,9 +34,11 @@ NO_NUMBERS = OPEN_WORDS - {"above", "below", "half"} | {
 }  # fmt: skip
 NOT_AFTER = "is|was|are|were|do|does|did|has|have|had|could|would|should|must|need"
 CODE = re.compile(
-    r"\s*[a-z]\d\s*$|\s*[-+]?[\d.]+\s*([*]|π|pi\b)|\s*[a-z_]\w*(?!\s+[-+]\d)\s*[-+*/]\s*[\w(]|.*[a-z]\w*(\.[a-z_]|\[|\(|_\w)",
+    r"\s*[a-z]\d\s*$|\s*[-+]?[\d.]+\s*([*]\s*[a-z_(]|π|pi\b)|\s*[a-z_]\w*(?!\s+[-+]\d)\s*[-+*/]\s*[\w(]|.*[a-z]\w*(\.[a-z_]|\[|\(|_\w)",
     re.IGNORECASE,
 )
+# Numbers alone with * or / between them, as 4094.4 / 2
+TO_WORK_OUT = re.compile(r"(?=.*[\d)]\s*[*/]{1,2}\s*[\d.(])[-+*/().\d\s]+")
 # How exact a number is, beside it: "50 ± 1 mm"
 ROOM = re.compile(
     r"(?<=\d)([^\d±]*?),?\s*(?:±|\+\s*/?\s*[-–]|\bplus\s*(?:or|/)?\s*minus\b|\bgive or take\b)\s*\d+(?:[.,]\d+)?\s*(?:%|([a-zµμ°]*))"
@@ -94,7 +96,9 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
     text = re.sub(r"^\s*(pi|π)(?=\s*rad)", f"{np.pi}", text, flags=re.I)
     text = re.sub(r"^\s*(?:(?:an?|one)\s)?half[\s-](an?\s)?(?=[a-z])", "0.5 ", text, flags=re.I)
     text = TENS_AND_ONES.sub(lambda part: f"{IN_WORDS[part[1].lower()][0]}{IN_WORDS[part[2].lower()]}", text)
-    if CODE.match(text.rpartition("=")[2]):
+    if count > 1:
+        text = re.sub(r"(?<=\d)\s*\*\s*(?=\d)", " x ", text)  # 9*6
+    if CODE.match(text.rpartition("=")[2]) or count == 1 and _is_to_work_out(text, unit):
         return "this is Python in quotes. Take the quotes away, and Python works it out."
     plain = text.lower().replace("−", "-").rpartition("=")[2].strip().rstrip(" .")
     plain = re.sub(r"(?<=\d)\s?([½¼¾])|([½¼¾])", lambda part: PARTS[part[1] or part[2]], plain)  # 24½
@@ -131,6 +135,13 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
     return _no_number(plain, count)
 
 
+def _is_to_work_out(text, unit):
+    """Whether numbers are yet to be worked out: more than a fraction, as 1/2, and more than a part of 255."""
+    text = text.rpartition("=")[2].strip()
+    of_255 = unit == "of 255" and text.endswith("255")
+    return bool(TO_WORK_OUT.fullmatch(text)) and not FRACTION.fullmatch(text) and not of_255
+
+
 def _without_room(found):
     """What stands before a ±; the unit behind it is that of both numbers where none stands before."""
     return found[1] if found[1].strip() else f" {found[2] or ''}"
@@ -147,7 +158,7 @@ def without_bound(text: str) -> tuple[str, int]:
 def _no_number(text, count):
     """What to say to a text that does not tell what is asked for."""
     found = NUMBER.findall(text)
-    if count == 1 and len(set(found)) > 1:
+    if count == 1 and len(set(found)) > 1 and not re.search("hundred|thousand|million", text):
         return f"expected a number, and in this text there are {len(found)}. Write the one that is asked for."
     asked, them = ("a number", "the number") if count == 1 else (f"{count} numbers", "them")
     return f"expected {asked}, this is a text. Write {them} alone, in figures."
