@@ -104,6 +104,7 @@ def questions(recording: Recording, balls: tuple[Detection, Detection] | None = 
                 of_several="Take one of them: left.shape[0], left.shape[1] or left.shape[2].",
                 small="it is none of the numbers of left.shape. Take one of them, as left.shape[…].",
                 large="it is none of the numbers of left.shape. Take one of them, as left.shape[…].",
+                beside=((r"(?!.*\b(wide|width|columns?)\b).*\b(rows?|high|height|tall)\b.*", "rows count how high the picture is. The width is the number of its columns."),),
             ),
             hints=(
                 "Look at the three numbers that left.shape gives.",

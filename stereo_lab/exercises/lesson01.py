@@ -130,6 +130,7 @@ def _corners(board):
             "where four squares meet; the rim does not count.",
             also=([columns, rows],),
             labels=(ACROSS, DOWN),
+            beside=((r".*\d ?(mm|cm|px)\b.*", "corners are counted, not measured: two bare numbers."),),
         ),
         hints=(
             "The coloured dots of the figure sit on the corners that count.",

@@ -149,7 +149,10 @@ def _lightness(pixel):
             of_several="Take one of them: hls_pixel[0], hls_pixel[1] or hls_pixel[2].",
             known={"hls_pixel[0]": hue, "hls_pixel[1]": lightness, "hls_pixel[2]": saturation, "255": 255},
             ask="Take one of the three as it stands there.",
-            beside=(("l|lightness|(the )?(second|middle)( one| number)?", "that is its name. The number that stands there is asked for: hls_pixel[…]."),),
+            beside=(
+                ("l|lightness|(the )?(second|middle)( one| number)?", "that is its name. The number that stands there is asked for: hls_pixel[…]."),
+                (r"(?!.*light).*\b(hue|saturation|red|green|blue)\b.*", "which of the three numbers in hls_pixel is the lightness? Write it alone."),
+            ),
         ),
         hints=(
             "The letters of HLS are in the order of the numbers.",
