@@ -14,6 +14,7 @@ from stereo_lab.exercises.reading import ACROSS, DOWN
 from stereo_lab.recording import Recording, open_recording
 
 CURVED = "\\b(bent|bend(s|ing)?|curv(e|es|ed|y|ing)|bow(s|ed|ing)?|arc(s|hed)?|crooked|warp\\w*|distort\\w*|deform\\w*|bulg\\w*|rounds|rounded)\\b"
+MOVES = "(it )?(moves|shifts|displaces)( (it|the line))?"
 MAKES_ROUND = "\\b(makes?|is|gets?|becomes?|looks?)( (it|the|a|straight|lines?|more|quite)){0,3} round"
 PICTURES = "(pairs|ones|pictures|boards|images|data|set)"
 NEW = "(unused|different|other|another|new|fresh|unknown|independent|(cross[- ]?)?validation|held[- ]?(out|back)|left[- ]?out|kept[- ]?back|others)"
@@ -145,13 +146,13 @@ def _corners(board):
 
 def _lines():
     return dict(
-        asks="What does a lens do to a straight line near the rim of the picture?",
+        asks="What does a lens do to the shape of a straight line near the rim of the picture?",
         answer=Choice(
             "bends it",
             (
                 Wrong(
                     "moves it",
-                    "a line through the middle stays nearly where it is; look at the rim, where it is curved.",
+                    "its points do move. But a line that is moved alone stays straight: lay a ruler along the solid line at the rim.",
                 ),
                 Wrong("nothing", "compare the two grids at the rim: by how many pixels do they part?"),
                 Wrong("blurs it", "that is focus. The lens is sharp, and still in the wrong place."),
@@ -170,6 +171,14 @@ def _lines():
             ),
             same=(
                 (
+                    f"{MOVES},? and (it )?({CURVED})( it)?|({CURVED})( (it|the line))?,? and (it )?(also )?{MOVES}",
+                    "bends it",
+                ),
+                (
+                    "(and |but )?the middle( lines?)? (stays?|is|remains?|keeps?) (nearly |almost |quite )?(straight|as it is)",
+                    "",
+                ),
+                (
                     f"^(?!.*\\b(and|or|not|no|never|only|without|straight(?! line))\\b).*({CURVED}|{MAKES_ROUND}).*$|^(a )?round$|.*(not|no longer|no more|hardly|never|stops?) ((stay|keep|remain|leave|look|run|be|being|it|the line|a line|quite|really|exactly|all) ){{0,3}}straight.*",
                     "bends it",
                 ),
@@ -178,6 +187,11 @@ def _lines():
                 ("(does )?nothing( at all)?|no change|(it )?stays( the same| straight)?", "nothing"),
             ),
             not_meant=(
+                (
+                    f".*{CURVED}( (only|more|most))? the (line in the )?(middle|cent(er|re))\\b(?! of the line).*|.*the middle lines? ((is|are|gets?) )?{CURVED}.*"
+                    "|.*(only|more|most) (in|at|near) the (middle|cent(er|re))\\b.*|.*not (at |near )?the rim.*",
+                    "lines through the middle stay nearly straight. Look at the rim, where the two grids part most.",
+                ),
                 (
                     f".*(straightens|unbend|{CURVED} (it|the line|lines)( back| in)?( to)? straight|(less|hardly|barely) {CURVED}|(prevent|stop|keep)s? .*from {CURVED}).*",
                     "a pinhole keeps it straight. Follow the solid line near the rim: does the lens?",
