@@ -3,6 +3,7 @@
 import json
 import shutil
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from conftest import ROOT
 from stereo_lab.arm import connect
 from stereo_lab.arm.registering import hand_poses, register
 from stereo_lab.cli import main
-from stereo_lab.errors import StereoLabError
+from stereo_lab.errors import ArmError, StereoLabError
 from stereo_lab.kinematics import JointAngles, Registration, TwoLinkArm
 from stereo_lab.live import DrawnCameras
 from stereo_lab.localization import Localizer
@@ -259,3 +260,47 @@ def test_limits_that_leave_too_few_poses_are_told_before_the_arm_moves(bench):
         with pytest.raises(StereoLabError, match="Nothing was moved"):
             register(arm, TwoLinkArm(250.0, 200.0, ((0, 20), (0, 40))), 1000.0, lambda: None)
         assert arm.angles() == before
+
+
+def in_a_cell_of_lesson_06(arm, recording):
+    """The cell that registers an arm; the arm need not be one."""
+    (lesson,) = (ROOT / "notebooks").glob("06_*.ipynb")
+    cells = json.loads(lesson.read_text(encoding="utf-8"))["cells"]
+    source = "".join(next(cell for cell in cells if cell["id"] == "cell-stand-2")["source"])
+    exec(compile(source, "cell-stand-2", "exec"), {"arm": arm, "recording": recording})
+
+
+def test_the_lesson_moves_no_real_arm_by_the_calibration_of_drawn_cameras(monkeypatch):
+    monkeypatch.setattr("cv2.VideoCapture", lambda number: pytest.fail("a camera was opened"))
+    with pytest.raises(StereoLabError, match="its calibration is not that of your cameras"):
+        in_a_cell_of_lesson_06(SimpleNamespace(port=None), open_recording("bench"))
+
+
+def test_the_lesson_lets_its_cameras_go_and_opens_them_again(monkeypatch):
+    """Whatever becomes of the fit: the same kernel runs the cell again."""
+    held = set()
+
+    class Camera:
+        def __init__(self, number):
+            self.number, self.opened = number, number not in held
+            held.add(number)
+
+        def isOpened(self):
+            return self.opened
+
+        def set(self, what, value):
+            return True
+
+        def release(self):
+            held.discard(self.number)
+
+    monkeypatch.setattr("cv2.VideoCapture", Camera)
+    taken = replace(open_recording("bench"), truth={}, made_by="camera")
+    for _ in range(2):
+        with pytest.raises(ArmError, match="Expected an arm"):
+            in_a_cell_of_lesson_06(SimpleNamespace(port=None), taken)
+        assert not held
+    held.add(1)
+    with pytest.raises(StereoLabError, match=r"Camera 1 \(right\) does not open") as told:
+        in_a_cell_of_lesson_06(SimpleNamespace(port=None), taken)
+    assert "--" not in str(told.value)

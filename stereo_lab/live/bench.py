@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any
 
@@ -277,7 +278,7 @@ def round_trip(recording: Recording, speed_mm_s: float = 100.0) -> Callable[[flo
     return path
 
 
-class DrawnCameras:
+class DrawnCameras(AbstractContextManager["DrawnCameras"]):
     """Two drawn cameras before a virtual arm with the ball in its hand: what registering an arm asks for.
 
     Parameters
@@ -302,6 +303,9 @@ class DrawnCameras:
     def read(self) -> tuple[np.ndarray, np.ndarray]:
         """One pair: left and right picture, BGR."""
         return self._bench.draw(self.stands.place(JointAngles(*self._port.link_deg)).tolist())
+
+    def __exit__(self, *_: object) -> None:
+        """Nothing is held; real cameras are let go of here."""
 
 
 def _sphere(rays, center, radius, sun):
