@@ -270,9 +270,11 @@ def test_a_learners_inverse_that_is_wrong_moves_nothing(bench, localizer, wrong)
 OWN = [
     ({"inverse": lambda x, y: 10.0}, "inverse= should give two numbers; it got (60, 280"),
     ({"inverse": lambda x: (0, 0)}, "inverse= stopped when it got (60, 280"),
-    ({"inverse": lambda x, y: None}, "inverse= "),
+    ({"inverse": lambda x, y: None}, "and gave None: is its return missing?"),
     ({"predict": lambda p, v: p}, "predict= stopped when it got ("),
     ({"predict": lambda p, v, s: (p, v)}, "predict= should give one number; it got ("),
+    ({"predict": lambda p, v, s: None}, "it got (60, 0, 0.03) and gave None: is its return missing?"),
+    ({"predict": lambda p, v, s: p * np.nan}, "and gave [nan]."),
 ]
 
 

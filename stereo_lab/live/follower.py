@@ -264,6 +264,7 @@ def hand_to_ball(moments: Sequence[Moment], recording: Recording, beyond_mm: flo
     """How far the hand was from where it should have been, by the encoders, while the arm followed.
 
     No picture shows where the ball is while an order goes out. So its place then is read off between the pictures before and after.
+    Those carry the times that the source told: the delay that real cameras have of their own is in none of these numbers.
 
     Parameters
     ----------
@@ -321,13 +322,16 @@ def _place(position: Position) -> tuple[float, float, float]:
 def _yours(function, name, count, *values):
     """So many numbers from a function of somebody's own; where it stops or gives something else, a sentence."""
     try:
-        numbers = np.atleast_1d(np.asarray(function(*values), float))
+        given = function(*values)
+        numbers = np.atleast_1d(np.asarray(given, float))
     except Exception as error:
         raise StereoLabError(f"Your function for {name}= stopped when it got {_told(values)}: {error}.") from error
-    if numbers.shape != (count,):
+    no_place = name == "predict" and not np.isfinite(numbers).all()  # an inverse says so where a ball is out of reach
+    if given is None or numbers.shape != (count,) or no_place:
+        gave = "None: is its return missing?" if given is None else f"{numbers.tolist()}."
         raise StereoLabError(
             f"Your function for {name}= should give {('one number', 'two numbers')[count - 1]}; "
-            f"it got {_told(values)} and gave {numbers.tolist()}."
+            f"it got {_told(values)} and gave {gave}"
         )
     return numbers.tolist()
 
