@@ -86,6 +86,18 @@ def test_a_cell_that_moves_an_arm_says_so(path):
             assert "moves" in source(cell), source(cell)
 
 
+LETS_GO = re.compile(r"\barm\.close\(\)|good place to stop")
+
+
+@pytest.mark.parametrize("number", ["06", "07"])
+def test_an_arm_hangs_before_it_is_let_go(number):
+    (path,) = (path for path in NOTEBOOKS if path.stem.startswith(number))
+    letting_go = [source(cell) for cell in cells_of(path) if LETS_GO.search(source(cell))]
+    assert len(letting_go) >= 3
+    for text in letting_go:
+        assert "arm.move_to(JointAngles(-90, 0))" in text, text
+
+
 @every_notebook
 def test_every_figure_is_described_in_words(path):
     cells = cells_of(path)
