@@ -721,6 +721,15 @@ def test_a_panel_tells_also_what_nobody_foresaw(third_rig, tmp_path):
     assert "OSError: the driver is gone. Press play" in panel.text.value
 
 
+def test_a_panel_without_lambda_gets_a_sentence_and_lets_the_source_go(third_rig, tmp_path):
+    from stereo_lab import widgets
+
+    source = Replay(third_rig.pairs("calibration")[:1])
+    with pytest.raises(StereoLabError, match="got Replay. Write lambda: before it"):
+        widgets.recorder_panel(source, tmp_path / "mine", third_rig.board, third_rig.ball)
+    assert source.read() is None
+
+
 def test_a_panel_whose_page_is_gone_ends(third_rig, tmp_path):
     from stereo_lab.widgets import RecorderPanel
 

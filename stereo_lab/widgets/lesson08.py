@@ -67,6 +67,13 @@ class RecorderPanel(Running):
         self, open_pictures: Callable[[], StereoSource], out: str | Path, board: Board, ball: Ball, silent_s: float = SILENT_S,
         still: np.ndarray | None = None,
     ) -> None:  # fmt: skip
+        if not callable(open_pictures):
+            if isinstance(open_pictures, StereoSource):
+                open_pictures.close()  # else nobody can open its cameras
+            raise StereoLabError(
+                "Expected a function that opens the pictures when play is pressed, such as lambda: CameraSource(0, 1); "
+                f"got {type(open_pictures).__name__}. Write lambda: before it."
+            )
         self._open_pictures, self._out, self._board, self._ball = open_pictures, Path(out), board, ball
         self._stays_s = 0.0
         self._session: Session | None = None
