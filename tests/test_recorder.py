@@ -798,6 +798,7 @@ def test_a_panel_tells_at_once_whose_ball_is_not_seen(third_rig, tmp_path):
         assert panel.text.value.startswith(
             f"Taken: position/{name} at x 0, y 0, depth 900 mm. No orange ball is seen in either"
         )
+        assert panel.text.value.endswith(f" {name} stays, and is passed over where no ball is found in it.")
     panel.play.playing = False
     panel.thread.join(60)
 

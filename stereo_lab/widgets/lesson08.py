@@ -160,6 +160,8 @@ class RecorderPanel(Running):
             name = session.recorder.take_sample(frame, set_name, place)
             unseen = told_without(session.recorder.folder.ball, frame.left, frame.right)
             self._taken = None if unseen else (set_name, place)  # where none is seen the place may be taken again
+            if unseen:
+                unseen += f" {name} stays, and is passed over where no ball is found in it."
             said = f"Taken: {set_name}/{name} at x {place[0]:g}, y {place[1]:g}, depth {place[2]:g} mm. {unseen}"
             self._tell(said.rstrip())
         except StereoLabError as error:
