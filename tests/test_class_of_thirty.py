@@ -1,16 +1,26 @@
 """A class of thirty, made up: every row must be right."""
 
 import json
+import shutil
 import time
 
 import pytest
 
 from conftest import ROOT
 from stereo_lab.classroom import room
-from stereo_lab.classroom.grading import grade
+from stereo_lab.classroom.grading import NOT_HERE, grade
 from stereo_lab.classroom.table import read_teacher, write_table
 from stereo_lab.recording import open_recording
-from tests.classes import BROKEN, HOSTILE, NONE, STEM, carries_before_it_checks, learner, remembers_by_dying
+from tests.classes import (
+    BROKEN,
+    HOSTILE,
+    NONE,
+    STEM,
+    carries_before_it_checks,
+    learner,
+    on_recording,
+    remembers_by_dying,
+)
 
 
 def hand_in(folder, learners):
@@ -55,6 +65,21 @@ def test_every_row_of_a_class_of_thirty_is_right(tmp_path):
     assert max(len("".join(row.notes)) for row in graded.rows) < 5_000  # csv reads no cell of 131072 letters back
     write_table(tmp_path / "class.csv", graded.rows)
     assert set(read_teacher(tmp_path / "class.csv")) == {(row.learner, row.lesson) for row in graded.rows}
+
+
+@pytest.mark.slow
+def test_a_notebook_is_judged_by_the_recording_that_it_names(tmp_path):
+    """One of the kit's wherever it is named; one's own with --recording, and without it one sentence says so."""
+    bench, own = open_recording(ROOT / "data" / "bench"), tmp_path / "data" / "mine"
+    shutil.copytree(ROOT / "data" / "second_rig", own)
+    wanted = hand_in(tmp_path / "in", {name: on_recording(name) for name in ("second_rig", "mine")})
+    rows = {row.learner: row for row in grade(tmp_path / "in", bench, tmp_path / "kept.json").rows}
+    assert wrong_rows([rows["second_rig"]], wanted) == [] and rows["second_rig"].notes == (
+        "on the recording second_rig",
+    )
+    assert (rows["mine"].notes, wrong_rows([rows["mine"]], {"mine": NONE})) == ((NOT_HERE.format("data/mine"),), [])
+    graded = grade(tmp_path / "in", open_recording(own), tmp_path / "kept.json")
+    assert wrong_rows(graded.rows, wanted) == []
 
 
 @pytest.mark.slow

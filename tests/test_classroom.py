@@ -21,6 +21,7 @@ from stereo_lab.classroom.grading import LESSONS as NOTEBOOKS
 from stereo_lab.classroom.grading import Graded, solved, source_of
 from stereo_lab.classroom.line import LONGEST_LINE
 from stereo_lab.classroom.marks import Mark, Row, kind_of_mistake, tally
+from stereo_lab.classroom.opened import name_of, on_a_shelf, opened, opens_what_it_gets
 from stereo_lab.classroom.page import write_page
 from stereo_lab.classroom.papers import (
     kit_cells,
@@ -377,6 +378,27 @@ def test_deleted_cells_are_put_back_and_questions_are_not(tmp_path):
     )
     whole, none = with_what_is_missing(kit_cells(NOTEBOOKS, LESSON), kit_cells(NOTEBOOKS, LESSON))
     assert none == 0 and len(whole) == sum(c.code for c in kit_cells(NOTEBOOKS, LESSON))
+
+
+@pytest.mark.parametrize(
+    ("line", "told", "shelf"),
+    [
+        ('recording = open_recording("second_rig")', "second_rig", "second_rig"),
+        ("recording = open_recording( 'data/second_rig' )  # ours", "data/second_rig", "second_rig"),
+        ('recording = open_recording(r"C:\\ada\\mine")', r"C:\ada\mine", None),
+        ('recording = open_recording("../data/second_rig")', "../data/second_rig", None),
+        ('recording = open_recording()  # or a name: open_recording("second_rig")', "", None),
+        ('# recording = open_recording("second_rig")', "", None),
+        ('other = open_recording("second_rig")', "", None),
+    ],
+)
+def test_the_recording_that_a_notebook_names(line, told, shelf):
+    code = ["import x", f'{line}\nq1, = questions("03", recording)', 'recording = open_recording("third_rig")']
+    assert opened(code) == told and name_of(told) == told.replace("\\", "/").split("/")[-1]
+    assert on_a_shelf(told) == (shelf and ROOT.resolve() / "data" / shelf)
+    first, last = opens_what_it_gets(code)[1:]
+    assert ("recording = open_recording()" in first) == (told != "" or "recording = open_recording()" in line)
+    assert last == code[2]  # whatever the learner looks at further down
 
 
 def test_what_learners_write_is_collected(tmp_path):

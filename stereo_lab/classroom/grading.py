@@ -9,7 +9,7 @@ import tempfile
 import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
 
@@ -18,17 +18,21 @@ import psutil
 import stereo_lab
 from stereo_lab.classroom.examiner import Examiner
 from stereo_lab.classroom.line import Limits
+from stereo_lab.classroom.marking import marks_of, stops_of
 from stereo_lab.classroom.marks import Mark, Row
+from stereo_lab.classroom.opened import digest_of, name_of, on_a_shelf, opened, opens_what_it_gets
 from stereo_lab.classroom.papers import Cell, Paper, kit_cells, latest, papers_in, with_what_is_missing, written
 from stereo_lab.classroom.room import BUBBLEWRAP, NAMESPACE, NOTHING, PACKAGE, Room, build_room
 from stereo_lab.classroom.store import Store
 from stereo_lab.classroom.table import Marks
 from stereo_lab.classroom.variants import BASES, make_variant
+from stereo_lab.classroom.wire import legible
 from stereo_lab.errors import StereoLabError
-from stereo_lab.exercises import asked_in
-from stereo_lab.exercises.answers import NOT_ATTEMPTED, NOT_YET, PASS
+from stereo_lab.exercises import NEEDS, PLACES, asked_in
+from stereo_lab.exercises.answers import NOT_ATTEMPTED, PASS
 from stereo_lab.exercises.question import Question
-from stereo_lab.recording import Recording
+from stereo_lab.recording import Recording, open_recording
+from stereo_lab.recording.needs import lacks
 from stereo_lab.recording.places import course
 from stereo_lab.work import chosen_language
 
@@ -36,9 +40,10 @@ LESSONS = course() / "notebooks"
 TIMES = 3  # so many times as long as the reference a notebook may take
 LEAST = Limits(cell=10.0, whole=30.0)  # and never less than this, seconds
 FIRST_RUN = Limits(cell=240.0, whole=900.0)  # of the reference itself
-MOST_STOPS = 5  # cells of a notebook of which the table tells what they stopped with
 SOURCE = re.compile(r"""^source_name = "([^"]*)\"""", re.MULTILINE)
 CHECK = re.compile(r"\bq(\d{1,2})\.check\(")
+NOT_HERE = "it opens the recording {}, which is not here. Name its folder with --recording"
+Which = int | Path | None
 HOW = {
     BUBBLEWRAP: "Each notebook ran by itself, shut in by bubblewrap: without network, and with no files but the kit.",
     NAMESPACE: "Each notebook ran by itself and without network. bubblewrap is not to be had here, so it could read this computer's files.",
@@ -96,11 +101,11 @@ def grade(
     StereoLabError
         If there is nothing to grade, the kit's own solutions do not pass on the recording, or the disk is full.
     """
-    found = latest(papers_in(folder, by_folder))
-    store = Store(kept)
+    handed_in, store = papers_in(folder, by_folder), Store(kept)
     store.save()  # a folder that cannot be written to is told before minutes of work
-    papers = list({(p.file, p.lesson): p for p, *_ in found.values()}.values())
     desk = _Examiners(recording, store)
+    found = latest([desk.with_recording(paper) for paper in handed_in])
+    papers = list({(p.file, p.lesson): p for p, *_ in found.values()}.values())
     waiting = [p for p in papers if not p.trouble and desk.key(p) not in store.rows]
     if waiting:
         with tempfile.TemporaryDirectory(prefix="stereo_lab_") as rooms:
@@ -128,45 +133,56 @@ def _run_all(desk, waiting, store, cores, progress):
 
 
 class _Examiners:
-    """An examiner for each lesson and seat, and what it needs of the kit."""
+    """An examiner for each lesson and recording, and what it needs of the kit.
+
+    A recording is asked for by its seat, by its folder where a notebook names another one than the class's, else by None.
+    """
 
     def __init__(self, recording: Recording, store: Store) -> None:
         self.recording, self.store, self.halt = recording, store, threading.Event()
-        self._asked: dict[tuple[str, int | None], tuple[Question, ...]] = {}
-        self._seats: dict[int | None, Recording] = {None: recording}
+        self._asked: dict[tuple[str, Which], tuple[Question, ...]] = {}
+        self._recordings: dict[Which, Recording] = {None: recording}
         self._lock = threading.RLock()
-        self._edition: dict[str, str] = {}
+        self._edition: dict[tuple[str, Path | None], str] = {}
         self._folder, self._room = Path(), Room(Path(), NOTHING)
         self._limits: dict[tuple[str, str], Limits] = {}
 
-    def asked(self, lesson: str, seat: int | None = None) -> tuple[Question, ...]:
-        """The questions of a lesson, worked out once for each seat."""
+    def with_recording(self, paper: Paper) -> Paper:
+        """The notebook with the recording that it opens, where that is another one; with what to do where that is not here."""
+        told = "" if paper.trouble or paper.seat is not None else opened(paper.code)
+        if not told or name_of(told) == self.recording.path.name:
+            return paper
+        folder = on_a_shelf(told)
+        if folder is None and self.recording.path == _bench():
+            return replace(paper, trouble=NOT_HERE.format(legible(told, 80)))
+        if folder is None or lacks(self._recording(folder), *NEEDS.get(paper.lesson, PLACES)):
+            return paper  # the class's stands in for what is not there
+        return replace(paper, recording=folder)
+
+    def asked(self, lesson: str, which: Which = None) -> tuple[Question, ...]:
+        """The questions of a lesson, worked out once for each recording."""
         with self._lock:
-            if (lesson, seat) not in self._asked:
-                self._asked[lesson, seat] = asked_in(lesson, self._recording(seat))
-            return self._asked[lesson, seat]
+            if (lesson, which) not in self._asked:
+                self._asked[lesson, which] = asked_in(lesson, self._recording(which))
+            return self._asked[lesson, which]
 
     def key(self, paper: Paper) -> str:
         """What a finished row is kept under: it holds as long as notebook, recording and kit are the same."""
-        return f"{paper.digest}/{paper.lesson}/{paper.seat}/{self.edition(paper.lesson)}"
+        return f"{paper.digest}/{paper.lesson}/{paper.seat}/{self.edition(paper.lesson, paper.recording)}"
 
-    def edition(self, lesson: str) -> str:
-        """A lesson of this kit on this recording."""
-        if lesson not in self._edition:
-            whole = hashlib.sha256(self._kit.encode())
+    def edition(self, lesson: str, named: Path | None = None) -> str:
+        """A lesson of this kit on the class's recording, or on one that a notebook names."""
+        if (lesson, named) not in self._edition:
+            whole = hashlib.sha256(f"{self._kit} {digest_of(self._recording(named))}".encode())
             for file in LESSONS.glob(f"{lesson}_*.ipynb"):
                 whole.update(file.read_bytes())
-            self._edition[lesson] = whole.hexdigest()[:16]
-        return self._edition[lesson]
+            self._edition[lesson, named] = whole.hexdigest()[:16]
+        return self._edition[lesson, named]
 
     @cached_property
     def _kit(self):
-        """A digest of what all lessons run on: the kit's own code, the recording, and the language of the class."""
-        whole = hashlib.sha256(f"{stereo_lab.__version__} {self.recording.path}".encode())
-        for file in sorted(path for path in self.recording.path.rglob("*") if path.is_file()):
-            whole.update(f"{file.name} {file.stat().st_size}".encode())  # a picture's size tells it from another
-            if file.suffix in (".json", ".csv"):
-                whole.update(file.read_bytes())
+        """A digest of what all lessons run on: the kit's own code, and the language of the class."""
+        whole = hashlib.sha256(stereo_lab.__version__.encode())
         language = (LESSONS / chosen_language()).glob("*") if chosen_language() else ()
         for file in sorted([*PACKAGE.rglob("*.py"), *filter(Path.is_file, language)]):
             whole.update(file.read_bytes())
@@ -176,16 +192,22 @@ class _Examiners:
         """Lay out the room, and see for each lesson that the reference passes and how long it takes."""
         self._folder, self._room = folder, build_room(folder)
         self.store.how = self._room.shut_by
-        first: dict[tuple[str, str], int | None] = {}
+        first: dict[tuple[str, str], Paper] = {}
         for paper in papers:
-            first.setdefault((paper.lesson, self._base(paper.seat)), paper.seat)
-        for (lesson, base), seat in sorted(first.items(), key=lambda item: item[0]):
+            first.setdefault((paper.lesson, self._base(paper)), paper)
+        for (lesson, base), paper in sorted(first.items(), key=lambda item: item[0]):
             progress(f"the kit's own solutions of lesson {lesson}", 0, 1)
-            kept = f"{self.edition(lesson)}/{base}"
+            kept, which = f"{self.edition(lesson, paper.recording)}/{base}", _which(paper)
             limits = self.store.limits(kept)
-            if limits is None:
-                limits = _limits(self._examiner(lesson, seat, FIRST_RUN), self.asked(lesson, seat), seat)
-                self.store.keep_limits(kept, limits)
+            try:
+                limits = limits or _limits(
+                    self._examiner(lesson, which, FIRST_RUN), self.asked(lesson, which), paper.seat
+                )
+            except StereoLabError:
+                if paper.recording is None:
+                    raise
+                continue  # what one notebook names does not stop the others
+            self.store.keep_limits(kept, limits)
             self._limits[lesson, base] = limits
 
     def examine(self, paper: Paper) -> Row:
@@ -196,43 +218,73 @@ class _Examiners:
             raise
         except Exception as error:
             why = f"the grading itself stumbled over it ({type(error).__name__}). Look at it, and write your marks into the table"
-            blank = tuple(Mark(NOT_ATTEMPTED) for _ in self.asked(paper.lesson))
-            return Row("", paper.lesson, paper.file, "", blank, (why,))
+            return self._blank(paper, why)
+
+    def _blank(self, paper, why, text=()):
+        """The row of a notebook of which nothing can be told but why."""
+        marks = tuple(Mark(NOT_ATTEMPTED) for _ in self.asked(paper.lesson))
+        return Row("", paper.lesson, paper.file, "", marks, (why,), text)
 
     def _examined(self, paper):
         kit = kit_cells(LESSONS, paper.lesson, paper.seat)
         text = tuple(written(paper.cells, kit))
         if not any(".check(" in source for source in paper.code):
-            blank = tuple(Mark(NOT_ATTEMPTED) for _ in self.asked(paper.lesson))
-            return Row("", paper.lesson, paper.file, "", blank, ("there is no question in it",), text)
+            return self._blank(paper, "there is no question in it", text)
+        limits = self._limits.get((paper.lesson, self._base(paper)))
+        if limits is None:
+            return self._blank(
+                paper, f"the kit's own solutions do not pass on {self._base(paper)}, which it opens", text
+            )
         code, put_back = with_what_is_missing(paper.cells, kit)
-        examiner = self._examiner(paper.lesson, paper.seat, self._limits[paper.lesson, self._base(paper.seat)])
-        heard = examiner.examine(code, int(paper.digest[:12], 16))
+        examiner = self._examiner(paper.lesson, _which(paper), limits)
+        heard = examiner.examine(opens_what_it_gets(code), int(paper.digest[:12], 16))
         if self.halt.is_set():
             raise StereoLabError("Grading was stopped.")
-        marks = _marks(paper, code, heard, len(self.asked(paper.lesson)))
+        marks = marks_of(paper, code, heard, len(self.asked(paper.lesson)))
         notes = [f"seat {paper.seat}"] if paper.seat is not None else []
+        notes += _recording_note(paper, self._recording(_which(paper)).name)
         notes += [f"{put_back} of the kit's cells were put back"] if put_back else []
-        notes += _stops(heard.stopped)
+        notes += stops_of(heard.stopped)
         notes += [heard.ended] if heard.ended and heard.ended_in is None else []
         return Row("", paper.lesson, paper.file, "", marks, tuple(notes), text)
 
-    def _examiner(self, lesson, seat, limits):
-        recording = self._recording(seat).path
-        own = None if recording == (course() / "data" / "bench").resolve() else recording
-        asked = partial(self.asked, seat=seat)
+    def _examiner(self, lesson, which, limits):
+        recording = self._recording(which).path
+        own = None if recording == _bench() else recording
+        asked = partial(self.asked, which=which)
         return Examiner(self._room, lesson, asked, limits, own, self.halt, source_of(kit_cells(LESSONS, lesson)))
 
-    def _recording(self, seat):
-        """The recording of a seat, made when it is asked for."""
+    def _recording(self, which):
+        """A recording, opened or for a seat made when it is asked for."""
         with self._lock:
-            if seat not in self._seats:
-                self._seats[seat] = make_variant(seat, self._folder / "seats" / str(seat))
-            return self._seats[seat]
+            if which not in self._recordings:
+                self._recordings[which] = (
+                    make_variant(which, self._folder / "seats" / str(which))
+                    if isinstance(which, int)
+                    else open_recording(which)
+                )
+            return self._recordings[which]
 
-    def _base(self, seat):
+    def _base(self, paper):
         """What decides how long a lesson takes: which pictures a recording has."""
-        return self.recording.name if seat is None else BASES[seat % len(BASES)]
+        return self._recording(paper.recording).name if paper.seat is None else BASES[paper.seat % len(BASES)]
+
+
+def _bench():
+    return (course() / "data" / "bench").resolve()
+
+
+def _which(paper):
+    return paper.recording if paper.seat is None else paper.seat
+
+
+def _recording_note(paper, judged_by):
+    """What to know of a notebook that names a recording."""
+    told = opened(paper.code)
+    if paper.recording is not None:
+        return [f"on the recording {judged_by}"]
+    whose = judged_by if paper.seat is None else f"the recording of seat {paper.seat}"
+    return [f"it opens {legible(told, 80)}, and is judged by {whose}"] if told and name_of(told) != judged_by else []
 
 
 def _limits(examiner, asked, seat):
@@ -262,37 +314,6 @@ def source_of(kit: tuple[Cell, ...]) -> str:
     """Where the kit's own notebook takes live pictures from; "" where it takes none."""
     found = (SOURCE.search(cell.source) for cell in kit if cell.code)
     return next((named.group(1) for named in found if named), "")
-
-
-def _marks(paper, code, heard, count):
-    """A mark for each question; one that was never heard of, though its cell is there, says what stopped it."""
-    marks = []
-    for number in range(1, count + 1):
-        answer, cells = heard.answers.get(number), [k for k, source in enumerate(code) if f"q{number}.check(" in source]
-        told = _help(heard, paper.help.get(number, {}), number)
-        if answer is None or (answer.verdict.status == NOT_ATTEMPTED and any(k in heard.stopped for k in cells)):
-            stopped = [heard.stopped[k] for k in cells if k in heard.stopped]
-            why = f"its cell stops: {stopped[-1]}" if stopped else ""
-            marks.append(Mark(NOT_YET if stopped else NOT_ATTEMPTED, why, told))
-            continue
-        several = f"{answer.given} answers were given, the last one counts" if answer.given > 1 else ""
-        why = answer.verdict.text if answer.verdict.status == NOT_YET else ""
-        marks.append(Mark(answer.verdict.status, why, ", ".join(filter(None, (told, several)))))
-    return tuple(marks)
-
-
-def _stops(stopped):
-    """What cells stopped with, of the first few."""
-    told = [f"{why} (cell {k + 1})" for k, why in sorted(stopped.items())]
-    more = len(told) - MOST_STOPS
-    return told[:MOST_STOPS] + ([f"{more} more cells stop"] if more > 0 else [])
-
-
-def _help(heard, noted, number):
-    """Hints and solutions that were used, as the notebook calls them now or the learner's computer has noted."""
-    used = {what: max(heard.help.get((number, what), 0), noted.get(what, 0)) for what in ("hint", "solution")}
-    hints = f"{used['hint']} hint{'s' * (used['hint'] > 1)}" if used["hint"] else ""
-    return ", ".join(filter(None, (hints, "solution seen" if used["solution"] else "")))
 
 
 def _row(learner, lesson, given, desk, store, due):

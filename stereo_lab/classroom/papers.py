@@ -59,6 +59,7 @@ class Paper:
     help : dict, hints and solutions by the question's number, as the learner's computer noted them
     digest : str
     trouble : str, why it cannot be run; "" where it can
+    recording : Path or None, which it opens where that is another one than the class's
     """
 
     file: str
@@ -70,6 +71,7 @@ class Paper:
     help: dict[int, dict[str, int]] = field(default_factory=dict)
     digest: str = ""
     trouble: str = ""
+    recording: Path | None = None
 
     @property
     def code(self) -> list[str]:
