@@ -21,6 +21,7 @@ from stereo_lab.classroom.grading import LESSONS as NOTEBOOKS
 from stereo_lab.classroom.grading import Graded, solved, source_of
 from stereo_lab.classroom.line import LONGEST_LINE
 from stereo_lab.classroom.marks import Mark, Row, kind_of_mistake, tally
+from stereo_lab.classroom.missing import with_what_is_missing
 from stereo_lab.classroom.opened import name_of, on_a_shelf, opened, opens_what_it_gets
 from stereo_lab.classroom.page import write_page
 from stereo_lab.classroom.papers import (
@@ -30,7 +31,6 @@ from stereo_lab.classroom.papers import (
     papers_in,
     read_paper,
     whole_work_folders,
-    with_what_is_missing,
     written,
 )
 from stereo_lab.classroom.room import build_room
@@ -367,17 +367,52 @@ def test_the_latest_is_found_whatever_is_claimed(tmp_path):
         papers_in(first)
 
 
-def test_deleted_cells_are_put_back_and_questions_are_not(tmp_path):
+def test_deleted_cells_are_put_back(tmp_path):
     notebook = without(answered(right()), "cell-01", "cell-07")
     notebook["cells"].pop(stub(notebook, 5))
     cells = read_paper(put(tmp_path, "03_a.ipynb", notebook), tmp_path).cells
-    code, count = with_what_is_missing(cells, kit_cells(NOTEBOOKS, LESSON))
-    assert count == 2 and "questions(" in code[0] and not any("q5.check" in c for c in code)
+    code, count, checks = with_what_is_missing(cells, kit_cells(NOTEBOOKS, LESSON))
+    assert (count, checks) == (2, [5]) and "questions(" in code[0]
+    assert [c for c in code if "q5.check(" in c] == [
+        c.source for c in kit_cells(NOTEBOOKS, LESSON) if "q5.check(" in c.source
+    ]
     assert next(k for k, c in enumerate(code) if "(v0, y0), (v1" in c) < next(
         k for k, c in enumerate(code) if "q2.check" in c
     )
-    whole, none = with_what_is_missing(kit_cells(NOTEBOOKS, LESSON), kit_cells(NOTEBOOKS, LESSON))
-    assert none == 0 and len(whole) == sum(c.code for c in kit_cells(NOTEBOOKS, LESSON))
+    whole, none, no_checks = with_what_is_missing(kit_cells(NOTEBOOKS, LESSON), kit_cells(NOTEBOOKS, LESSON))
+    assert none == len(no_checks) == 0 and len(whole) == sum(c.code for c in kit_cells(NOTEBOOKS, LESSON))
+
+
+TAIL = "q2.check(slope)\nslope = q2.carry(slope)"
+
+
+@pytest.mark.parametrize(
+    ("left", "runs"),
+    [
+        ("slope = 1.4\nslope = q2.carry(slope)", "slope = 1.4\nq2.check(slope)\nslope = q2.carry(slope)"),
+        ("slope = 1.4\n# q2.check(slope)", f"slope = 1.4\n# q2.check(slope)\n{TAIL}"),
+        ("slope = 1.4", f"slope = 1.4\n{TAIL}"),
+    ],
+)
+@pytest.mark.parametrize("kind", ["code", "raw"])
+def test_a_check_that_was_deleted_is_put_back(tmp_path, left, runs, kind):
+    notebook = answered(right())
+    cell = notebook["cells"][stub(notebook, 2)]
+    cell.update(source=left, cell_type=kind)
+    cells = read_paper(put(tmp_path, "03_a.ipynb", notebook), tmp_path).cells
+    code, count, checks = with_what_is_missing(cells, kit_cells(NOTEBOOKS, LESSON))
+    assert (count, checks) == (0, [2]) and runs in code and written(cells, kit_cells(NOTEBOOKS, LESSON)) == []
+
+
+@pytest.mark.parametrize("number", [2, 3])
+def test_an_answer_in_a_cell_of_ones_own_is_checked(tmp_path, number):
+    notebook = answered(right())
+    cell = notebook["cells"].pop(stub(notebook, number))
+    add(notebook, cell["source"][: cell["source"].index(f"q{number}.")], 4)
+    cells = read_paper(put(tmp_path, "03_a.ipynb", notebook), tmp_path).cells
+    code, _, checks = with_what_is_missing(cells, kit_cells(NOTEBOOKS, LESSON))
+    (put_back,) = [source for source in code if f"q{number}.check(" in source]
+    assert checks == [number] and put_back.startswith(f"q{number}.check(")
 
 
 @pytest.mark.parametrize(

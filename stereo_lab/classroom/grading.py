@@ -20,8 +20,9 @@ from stereo_lab.classroom.examiner import Examiner
 from stereo_lab.classroom.line import Limits
 from stereo_lab.classroom.marking import marks_of, stops_of
 from stereo_lab.classroom.marks import Mark, Row
+from stereo_lab.classroom.missing import CHECK, with_what_is_missing
 from stereo_lab.classroom.opened import digest_of, name_of, on_a_shelf, opened, opens_what_it_gets
-from stereo_lab.classroom.papers import Cell, Paper, kit_cells, latest, papers_in, with_what_is_missing, written
+from stereo_lab.classroom.papers import Cell, Paper, kit_cells, latest, papers_in, written
 from stereo_lab.classroom.room import BUBBLEWRAP, NAMESPACE, NOTHING, PACKAGE, Room, build_room
 from stereo_lab.classroom.store import Store
 from stereo_lab.classroom.table import Marks
@@ -41,7 +42,6 @@ TIMES = 3  # so many times as long as the reference a notebook may take
 LEAST = Limits(cell=10.0, whole=30.0)  # and never less than this, seconds
 FIRST_RUN = Limits(cell=240.0, whole=900.0)  # of the reference itself
 SOURCE = re.compile(r"""^source_name = "([^"]*)\"""", re.MULTILINE)
-CHECK = re.compile(r"\bq(\d{1,2})\.check\(")
 NOT_HERE = "it opens the recording {}, which is not here. Name its folder with --recording"
 Which = int | Path | None
 HOW = {
@@ -235,7 +235,7 @@ class _Examiners:
             return self._blank(
                 paper, f"the kit's own solutions do not pass on {self._base(paper)}, which it opens", text
             )
-        code, put_back = with_what_is_missing(paper.cells, kit)
+        code, put_back, checks = with_what_is_missing(paper.cells, kit)
         examiner = self._examiner(paper.lesson, _which(paper), limits)
         heard = examiner.examine(opens_what_it_gets(code), int(paper.digest[:12], 16))
         if self.halt.is_set():
@@ -244,6 +244,8 @@ class _Examiners:
         notes = [f"seat {paper.seat}"] if paper.seat is not None else []
         notes += _recording_note(paper, self._recording(_which(paper)).name)
         notes += [f"{put_back} of the kit's cells were put back"] if put_back else []
+        names = ", ".join(f"{int(paper.lesson)}.{number}" for number in checks)
+        notes += [f"checks that were not there were put back: {names}"] if checks else []
         notes += stops_of(heard.stopped)
         notes += [heard.ended] if heard.ended and heard.ended_in is None else []
         return Row("", paper.lesson, paper.file, "", marks, tuple(notes), text)

@@ -184,38 +184,13 @@ def kit_cells(lessons: Path, lesson: str, seat: int | None = None) -> tuple[Cell
     return tuple(replace(cell, source=reworded(cell.source, seat)) for cell in cells)
 
 
-def with_what_is_missing(cells: tuple[Cell, ...], kit: tuple[Cell, ...]) -> tuple[list[str], int]:
-    """The code of a notebook, and in it the kit's cells that somebody deleted; not those with a question in them.
-
-    Parameters
-    ----------
-    cells, kit : tuple of Cell
-
-    Returns
-    -------
-    code : list of str
-    count : int, how many were put back
-    """
-    lines = {line.strip() for cell in cells if cell.code for line in cell.source.splitlines()}
-    here = {cell.id for cell in cells if cell.code and cell.id}
-    code = [(cell.id, cell.source) for cell in cells if cell.code]
-    count, before = 0, 0
-    for cell in (c for c in kit if c.code):
-        place = next((k for k, (name, _) in enumerate(code) if name == cell.id), None)
-        if place is not None:
-            before = max(before, place + 1)
-        elif cell.id not in here and ".check(" not in cell.source and not _lies_in(cell, lines):
-            code.insert(before, (cell.id, cell.source))
-            count, before = count + 1, before + 1
-    return [source for _, source in code], count
-
-
 def written(cells: tuple[Cell, ...], kit: tuple[Cell, ...]) -> list[str]:
     """What the learner wrote between the code: cells of text that are not the kit's, and what was added to those that are."""
     ours = {cell.id: cell.source.splitlines() for cell in kit if not cell.code}
     texts, known = [], {cell.source for cell in kit if not cell.code}
+    code = {cell.id for cell in kit if cell.code}
     for cell in cells:
-        if cell.code or cell.source in known or not cell.source.strip():
+        if cell.code or cell.id in code or cell.source in known or not cell.source.strip():
             continue
         added = cell.source
         if cell.id in ours:
@@ -232,11 +207,6 @@ def _cell(cell):
     if not isinstance(source, str):
         raise TypeError("no text")
     return Cell(str(cell.get("id", ""))[:100], cell.get("cell_type") == "code", source)
-
-
-def _lies_in(cell, lines):
-    """Whether all lines of a cell stand somewhere, as after merging it with another."""
-    return all(line.strip() in lines for line in cell.source.splitlines() if line.strip())
 
 
 def _by_code(cells):
