@@ -34,7 +34,7 @@ def write_table(path: Path, rows: Sequence[Row]) -> None:
     table.writerow([*FIRST, *heads])
     for row in rows:
         first = (row.learner, row.lesson, row.passed, len(row.marks), row.handed_in, row.file, "; ".join(row.notes))
-        marks = [cell for m in row.marks for cell in (IN_WORDS[m.status], m.why, m.help, m.teacher)]
+        marks = [cell for m in row.marks for cell in (IN_WORDS[m.status], _with_minus(m.why), m.help, m.teacher)]
         table.writerow([_harmless(cell) for cell in (*first, *marks)])
     try:
         write_whole(path, text.getvalue().encode("utf-8-sig"))
@@ -86,6 +86,11 @@ def _harmless(cell):
     if not isinstance(cell, str) or len(cell) < 2:
         return cell
     return re.sub(r"^(?=[-=+@\t\r])|(?<=[;\t])(?=[-=+@])", "'", cell)
+
+
+def _with_minus(why):
+    """A sentence that begins with a number below zero: with the sign of print it is none that a formula begins with."""
+    return re.sub(r"^-(?=\d)", "\N{MINUS SIGN}", why)
 
 
 def _plain(cell):
