@@ -10,21 +10,25 @@ from array import array
 from collections import deque
 from decimal import Decimal
 from fractions import Fraction
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from conftest import ROOT, skip_unless_ci
-from stereo_lab.classroom import grading
+from stereo_lab.classroom import desk, grading
 from stereo_lab.classroom.desk import _ByNumber
 from stereo_lab.classroom.grading import LESSONS as NOTEBOOKS
 from stereo_lab.classroom.grading import Graded, solved, source_of
+from stereo_lab.classroom.hearing import Answer, Heard, _Asked
 from stereo_lab.classroom.line import LONGEST_LINE
+from stereo_lab.classroom.marking import marks_of
 from stereo_lab.classroom.marks import Mark, Row, kind_of_mistake, tally
 from stereo_lab.classroom.missing import with_what_is_missing
 from stereo_lab.classroom.opened import name_of, on_a_shelf, opened, opens_what_it_gets
 from stereo_lab.classroom.page import write_page
 from stereo_lab.classroom.papers import (
+    Paper,
     kit_cells,
     latest,
     not_looked_at,
@@ -40,7 +44,7 @@ from stereo_lab.classroom.wire import DEEPEST, LARGEST_ARRAY, legible, pack, unp
 from stereo_lab.cli import main
 from stereo_lab.errors import StereoLabError
 from stereo_lab.exercises import LESSONS, ____, questions
-from stereo_lab.exercises.answers import NOT_ATTEMPTED, NOT_YET, PASS, Function, Number, judge
+from stereo_lab.exercises.answers import NOT_ATTEMPTED, NOT_YET, PASS, Function, Number, Verdict, judge
 from stereo_lab.exercises.draws import with_fresh_inputs
 from stereo_lab.recording import Position, open_recording
 from tests.classes import BROKEN, LESSON, STEM, add, answered, asked, kit, right, stub, without
@@ -520,6 +524,48 @@ def test_no_part_of_a_cell_is_a_formula(tmp_path):
     text = (tmp_path / "class.csv").read_text(encoding="utf-8-sig")
     cells = [cell for row in csv.reader(text.splitlines(), delimiter=";") for cell in row]
     assert any("HYPERLINK" in cell for cell in cells) and not any(cell[:1] in ("=", "+", "-", "@") for cell in cells)
+
+
+def test_a_number_below_zero_needs_no_apostrophe(tmp_path):
+    write_table(tmp_path / "class.csv", [Row("-1", "03", "a.ipynb", "", (Mark(NOT_YET, "-0.86 mm is too small."),))])
+    text = (tmp_path / "class.csv").read_text(encoding="utf-8-sig")
+    assert ",−0.86 mm is too small.," in text and "\n'-1," in text.replace("\r", "")
+
+
+def test_the_same_slip_of_the_pen_is_one_mistake():
+    told = [
+        desk._text(SyntaxError("expected ':'", (f"<ipython-input-1-{k}>", 1, 1, "if x", 1, 2))) for k in ("52e", "99a")
+    ]
+    assert told == ["expected ':' (line 1)"] * 2
+
+
+def answers_of(text):
+    return Heard({3: Answer(Verdict(NOT_YET, text))})
+
+
+@pytest.mark.parametrize(
+    ("below", "why"),
+    [
+        ("def fit(p, q):\n    return 1", "fit is defined further down: run from top to bottom, it is not there yet."),
+        ("fit = 3", "fit is defined further down: run from top to bottom, it is not there yet."),
+        ("fit == 3", "your function stopped with NameError: name 'fit' is not defined."),
+    ],
+)
+def test_a_helper_below_the_question_is_told_as_that(below, why):
+    heard = answers_of("your function stopped with NameError: name 'fit' is not defined.")
+    marks = marks_of(Paper("a", ("ada",), "03", ""), ["", "q3.check(line_slope)", "x = 1", below], heard, 3)
+    assert marks[2] == Mark(NOT_YET, why)
+
+
+def test_a_function_in_the_room_is_judged_as_one_on_the_screen():
+    """Its lines are not here to be looked at."""
+    question = asked()[2]
+
+    def told(gives, blank=False):
+        return question.judge(_Asked(SimpleNamespace(call=lambda *_: gives), 0, blank))
+
+    assert told(1.0).text == question.judge(lambda pixels, lengths_mm: 1.0).text
+    assert told(____, blank=True).status == NOT_ATTEMPTED
 
 
 def test_how_many_fell_for_what():

@@ -21,7 +21,8 @@ from typing import Any
 from stereo_lab.classroom.wire import pack, unpack
 from stereo_lab.common.vectors import as_arrays
 
-ENDLESS = "it does not end"
+TOO_LONG = "it took longer than"
+OF_A_CELL = re.compile(r"<ipython-input-[\w-]+>, ")  # a name that is another one for each notebook
 QUESTION = re.compile(r"q(\d{1,2})")
 FUNCTION = re.compile(r"^def (\w+)", re.MULTILINE)
 
@@ -69,7 +70,12 @@ class _Line:
                 return {"returned": pack(self.functions[heard["call"]](*arguments), self.number_of)}
         except BaseException as error:
             if limit["rang"]:
-                return {"raised": "TimeoutError", "kinds": ["TimeoutError"], "text": ENDLESS, "inside": True}
+                return {
+                    "raised": "TimeoutError",
+                    "kinds": ["TimeoutError"],
+                    "text": _too_long(heard["seconds"]),
+                    "inside": True,
+                }
             inside = error.__traceback__ is not None and error.__traceback__.tb_next is not None
             kinds = [kind.__name__ for kind in type(error).__mro__]
             text = _text(error)
@@ -189,7 +195,8 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job is started deaf to it
     _watch = _Watch()
     _shell = _made_shell(paper["lesson"], paper["source"])
-    again = [k for k in paper["order"] if _run_told(paper, k) not in ("", ENDLESS)]
+    told = {k: _run_told(paper, k) for k in paper["order"]}
+    again = [k for k, stopped in told.items() if stopped and not stopped.startswith(TOO_LONG)]
     for k in again:  # a cell that was moved finds now what it needs
         _run_told(paper, k)
     _line.tell(say="done")
@@ -217,7 +224,11 @@ def _run(source, seconds):
     if "matplotlib.pyplot" in sys.modules:
         with contextlib.suppress(Exception):
             sys.modules["matplotlib.pyplot"].close("all")
-    return ENDLESS if limit["rang"] else told
+    return _too_long(seconds) if limit["rang"] else told
+
+
+def _too_long(seconds):
+    return f"{TOO_LONG} {seconds:.0f} s"
 
 
 def _made_shell(lesson, source):
@@ -255,6 +266,6 @@ def _bound_memory(most):
 
 def _text(error):
     try:
-        return str(error)[:300]
+        return OF_A_CELL.sub("", str(error))[:300]
     except BaseException:
         return ""

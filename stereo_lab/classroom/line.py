@@ -114,7 +114,7 @@ class Line:
         if self.over:
             raise self.over
         if now - self._cell_began > (self.limits.cell + GRACE if self.cell is not None else STARTS):
-            self.end("it does not end")
+            self.end(f"it took longer than {self.limits.cell if self.cell is not None else STARTS:.0f} s")
         if now - self._began > self.limits.whole + STARTS or self.halt.is_set():
             self.cell = None  # no cell alone is to blame
             self.end("the notebook takes too long")

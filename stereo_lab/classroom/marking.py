@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from stereo_lab.classroom.hearing import Heard
 from stereo_lab.classroom.marks import Mark
 from stereo_lab.classroom.papers import Paper
@@ -23,6 +25,7 @@ def marks_of(paper: Paper, code: list[str], heard: Heard, count: int) -> tuple[M
             continue
         several = f"{answer.given} answers were given, the last one counts" if answer.given > 1 else ""
         why = answer.verdict.text if answer.verdict.status == NOT_YET else ""
+        why = _further_down(why, code[max(cells, default=0) + 1 :]) or why
         marks.append(Mark(answer.verdict.status, why, ", ".join(filter(None, (told, several)))))
     return tuple(marks)
 
@@ -32,6 +35,15 @@ def stops_of(stopped: dict[int, str]) -> list[str]:
     told = [f"{why} (cell {k + 1})" for k, why in sorted(stopped.items())]
     more = len(told) - MOST_STOPS
     return told[:MOST_STOPS] + ([f"{more} more cells stop"] if more > 0 else [])
+
+
+def _further_down(why, below):
+    """What to say where a function calls one that a cell below defines: in the learner's kernel it was there from an earlier run."""
+    found = re.search(r"NameError: name '(\w+)' is not defined", why)
+    sets = found and re.compile(rf"^(def {found.group(1)}\b|{found.group(1)}\s*=(?!=))", re.MULTILINE)
+    if not sets or not any(sets.search(source) for source in below):
+        return ""
+    return f"{found.group(1)} is defined further down: run from top to bottom, it is not there yet."
 
 
 def _help(heard, noted, number):
