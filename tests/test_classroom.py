@@ -312,12 +312,33 @@ def test_the_questions_tell_the_lesson_before_a_number_in_the_name(tmp_path):
 
 def test_marks_find_the_names_that_a_spreadsheet_changed(tmp_path):
     store = Store(tmp_path / "kept.json")
-    store.name([("01", "03"), ("Łukasz", "03"), ("ada", "03")])
+    store.name({(name, "03"): [Paper(f"{name}.ipynb", (name,), "03", "")] for name in ("01", "Łukasz", "ada")})
     nobody = store.remember(
         {("1", "03"): {1: "passed"}, ("?ukasz", "03"): {2: "not yet"}, ("eve", "03"): {1: "passed"}, ("zoe", "03"): {}}
     )
     assert store.teacher("01", "03") == {1: "passed"} and store.teacher("Łukasz", "03") == {2: "not yet"}
     assert len(nobody) == 1 and "'eve'" in nobody[0]
+
+
+def test_marks_follow_a_learner_whose_class_folder_gets_a_second_one(tmp_path):
+    """10a/ada alone is called 10a, and 10a/ada beside 10a/ben."""
+    for name in ("10a/ada", "10b/ada"):
+        put(tmp_path / "in", f"{name}/{STEM}.ipynb", kit())
+    store = Store(tmp_path / "kept.json")
+    store.name(latest(papers_in(tmp_path / "in")))
+    store.remember({("10a", "03"): {}, ("10b", "03"): {2: "passed"}})
+    for name in ("10a/ben", "10b/ben"):
+        put(tmp_path / "in", f"{name}/{STEM}.ipynb", kit())
+    found = latest(papers_in(tmp_path / "in"))
+    assert {learner for learner, _ in found} == {"10a/ada", "10b/ada", "10a/ben", "10b/ben"}
+    for marks in (
+        {("10a", "03"): {}, ("10b", "03"): {1: "no", 2: "passed"}},
+        {},
+    ):  # written meanwhile; and no table today
+        store = Store(tmp_path / "kept.json")
+        store.name(found)
+        assert store.remember(marks) == [] and store.teacher("10b/ada", "03") == {1: "no", 2: "passed"}
+        assert store.teacher("10b/ben", "03") == store.teacher("10a/ada", "03") == {}
 
 
 def test_in_a_learners_own_folder_the_folder_tells_whose_it_is(tmp_path):

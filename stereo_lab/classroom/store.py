@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from stereo_lab.classroom.line import Limits
 from stereo_lab.classroom.marks import Row
+from stereo_lab.classroom.papers import Paper
 from stereo_lab.classroom.room import NOTHING
 from stereo_lab.classroom.table import Marks
 from stereo_lab.common.files import read_json, write_json
@@ -30,8 +31,9 @@ class Store:
         self.how: str = told.get("how", NOTHING)
         self._limits: dict[str, list[float]] = parts[1]
         self._teacher: dict[str, dict[str, str]] = parts[2]
-        named = told.get("named", [])
-        self._named = {str(name) for name in named} if isinstance(named, list) else set()
+        named = told.get("named", {})
+        self._named = {str(name): str(file) for name, file in named.items()} if isinstance(named, dict) else {}
+        self._renamed: dict[str, str] = {}
 
     def keep(self, key: str, row: Row) -> None:
         """One more row is finished."""
@@ -51,9 +53,20 @@ class Store:
         self._limits[edition] = [limits.cell, limits.whole]
         self.save()
 
-    def name(self, learners: Iterable[tuple[str, str]]) -> None:
-        """Learners and lessons that have a row in the table."""
-        self._named |= {f"{lesson}/{learner}" for learner, lesson in learners}
+    def name(self, found: Mapping[tuple[str, str], Sequence[Paper]]) -> None:
+        """Learners and lessons that have a row in the table, by what was handed in.
+
+        A class folder with one learner in it is called otherwise when a second one comes: marks follow the file.
+        """
+        now = {f"{lesson}/{learner}": [paper.file for paper in given] for (learner, lesson), given in found.items()}
+        for key, files in now.items():
+            before = [name for name, file in self._named.items() if file in files and name not in now]
+            if key not in self._named and len(before) == 1:
+                self._renamed[before[0]] = key
+        for old, new in self._renamed.items():
+            del self._named[old]
+            self._teacher[new] = self._teacher.pop(old, {})
+        self._named |= {key: files[0] for key, files in now.items()}
 
     def remember(self, marks: Marks) -> list[str]:
         """A teacher's marks, also of learners whose notebook is not here today; a row of the table without any has none.
@@ -64,7 +77,8 @@ class Store:
         nobody = []
         for (learner, lesson), given in marks.items():
             key, marked = f"{lesson}/{learner}", {str(k): mark for k, mark in given.items()}
-            if key not in self._named | self._teacher.keys():
+            key = self._renamed.get(key, key)
+            if key not in self._named.keys() | self._teacher.keys():
                 meant = [name for name in self._named if name[:2] == lesson and _respelled(name[3:], learner)]
                 if len(meant) != 1 and marked:
                     nobody.append(
@@ -92,7 +106,7 @@ class Store:
             "limits": self._limits,
             "teacher": self._teacher,
             "how": self.how,
-            "named": sorted(self._named),
+            "named": dict(sorted(self._named.items())),
         }
         write_json(self.path, {"format": 1, **told})
 
