@@ -32,14 +32,15 @@ class Sheet(HTMLParser):
         if tag == "svg":
             self.alone.append(dict(attributes).get("aria-label"))
         self.rows += tag == "td" and ("table", "wrong") in self.open
+        self.commands += [""] * (tag == "code" and ("table", "wrong") in self.open)
 
     def handle_endtag(self, tag):
         if tag not in ("line", "circle", "polygon", "polyline", "path", "rect"):
             assert self.open.pop()[0] == tag
 
     def handle_data(self, text):
-        if self.open and self.open[-1][0] == "code" and ("table", "wrong") in self.open:
-            self.commands.append(text)
+        if ("code", "") in self.open and ("table", "wrong") in self.open:
+            self.commands[-1] += text
 
 
 def test_there_is_a_sheet_for_every_lesson():
@@ -60,6 +61,14 @@ def test_it_has_its_parts(path):
     ):
         assert part in text, part
     assert sheet.rows == 10 and len(sheet.commands) == 5 == len(set(sheet.commands))
+
+
+@every_sheet
+def test_an_option_is_not_broken_at_the_end_of_a_line(path):
+    """-- on one line and board on the next: who types that gets an error."""
+    codes = re.findall(r"<code>.*?</code>", path.read_text(encoding="utf-8"), re.DOTALL)
+    assert [code for code in codes if re.search(r"(?<!<span>)(?<![\w-])--\w", code)] == []
+    assert "code span { white-space: nowrap; }" in (path.parent / "sheet.css").read_text(encoding="utf-8")
 
 
 COMMANDS = [(path.stem[:2], command) for path in SHEETS for command in Sheet(path).commands]
