@@ -330,7 +330,7 @@ def layers(arm: TwoLinkArm, folder: Path) -> None:
     for depth in (-46, -8, 0, 44, 52, 64, 68, 100):
         s.line([(-tail - 62, deep * depth), (-tail - 56, deep * depth)], wide=0.4)
         s.text(-tail - 65, deep * depth - 3, f"{depth}", 8, "end")
-    s.text(-tail, deep * 74, "motor of the elbow", 8, "middle")
+    s.text(-tail + MOTOR_MM / 2 + 6, deep * 85, "motor of the elbow", 8)
     s.text(-tail + STEEL_MM + 8, deep * 60, "steel", 8)
     s.text(18, deep * -52, "motor of the shoulder, below its axle", 8)
     s.text(14, deep * 60, "axle: a tube, the wires go through it; hub of link 1", 8)
