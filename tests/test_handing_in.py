@@ -138,9 +138,22 @@ def test_what_cannot_be_handed_in_is_said(work, tmp_path, capsys):
     assert main(["hand-in", "33"]) == 2 and "no lesson '33'" in capsys.readouterr().err
     assert main(["hand-in", "3", "--with", "no name!"]) == 2 and "code name" in capsys.readouterr().err
     (work / f"{STEM}.ipynb").write_text("{", encoding="utf-8")
-    assert main(["hand-in", "3"]) == 2 and "cannot be read as a notebook" in capsys.readouterr().err
+    assert main(["hand-in", "3"]) == 2 and re.search(
+        r"cannot be read as a notebook\..*lab(\.py)? reset 03$", capsys.readouterr().err.strip()
+    )
+    (work / f"{STEM}.ipynb").unlink()
+    assert main(["hand-in", "3"]) == 2 and re.search(
+        r"is not in .*lab(\.py)? start 03$", capsys.readouterr().err.strip()
+    )
     shutil.rmtree(work)
-    assert main(["hand-in", "3"]) == 2 and "is not in" in capsys.readouterr().err
+    assert main(["hand-in", "3"]) == 2 and "Name whose it is with --name, or begin with: " in capsys.readouterr().err
+
+
+def test_whoever_is_named_is_not_asked_for_the_name(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("STEREO_LAB_WORK", str(tmp_path / "work"))
+    assert main(["hand-in", "3", "--name", "zoë"]) == 2
+    said = capsys.readouterr().err.strip()
+    assert re.search(r"yet\. Begin with: \S.* start --name zoë$", said) and "Name whose" not in said
 
 
 def test_grading_goes_on_where_it_stopped_and_keeps_a_teachers_mark(work, tmp_path, runs, capsys):

@@ -6,7 +6,7 @@ import json
 import re
 import secrets
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -65,7 +65,13 @@ def code_name(folder: Path, chosen: str | None = None) -> str:
 
 
 def hand_in(
-    lessons: Path, folder: Path, lesson: str, out: Path, others: Sequence[str] = (), chosen: str | None = None
+    lessons: Path,
+    folder: Path,
+    lesson: str,
+    out: Path,
+    others: Sequence[str] = (),
+    chosen: str | None = None,
+    command: Callable[[str], str] = "stereo-lab {}".format,
 ) -> HandedIn:
     """Write one lesson of a work folder as a file for the teacher.
 
@@ -79,6 +85,7 @@ def hand_in(
     out : Path, the folder to write into
     others : sequence of str, the code names of those who worked on it as well
     chosen : str, optional, a code name instead of the folder's own
+    command : callable, makes of "reset 03" what somebody types to do that in this folder
 
     Raises
     ------
@@ -88,10 +95,10 @@ def hand_in(
     source = folder / find(lessons, lesson).name
     if not source.is_file() or not (folder / MARK).is_file():
         raise StereoLabError(
-            f"Lesson {lesson} is not in {folder}. Name whose it is with --name, or begin it first with start {lesson}."
+            f"Lesson {lesson} is not in {folder}. Begin it with: {command(f'start {source.name[:2]}')}"
         )
     number = source.name[:2]
-    content, with_me = _content(source), tuple(map(_name, others))  # before the folder's own name changes
+    content, with_me = _content(source, command), tuple(map(_name, others))  # before the folder's own name changes
     if len(with_me) >= MOST_TOGETHER:
         raise StereoLabError(f"A notebook is that of {MOST_TOGETHER} learners at most, got {len(with_me) + 1}.")
     names = tuple(dict.fromkeys((code_name(folder, chosen), *with_me)))
@@ -132,7 +139,7 @@ def _seat(content):
     return seat if type(seat) is int else None
 
 
-def _content(source):
+def _content(source, command="stereo-lab {}".format):
     """The cells as they were written, without outputs and without what editors add."""
     try:
         notebook = clean(json.loads(read_text(source)))
@@ -140,7 +147,7 @@ def _content(source):
         return {"cells": cells, "metadata": dict(notebook.get("metadata", {})), "nbformat": 4, "nbformat_minor": 5}
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise StereoLabError(
-            f"{source} cannot be read as a notebook. Open it in JupyterLab and save it, or begin it anew: reset {source.name[:2]}, with --name as before."
+            f"{source} cannot be read as a notebook. Open it in JupyterLab and save it, or begin it anew with: {command(f'reset {source.name[:2]}')}"
         ) from None
 
 

@@ -61,12 +61,20 @@ def add_to(add: Add) -> None:
 def run_hand_in(options: argparse.Namespace) -> int:
     """Write a lesson as one file for the teacher. The exit code is OK."""
     from stereo_lab.classroom.handing import hand_in
-    from stereo_lab.cli.course import work_folder
+    from stereo_lab.cli.course import no_work, work_folder
+    from stereo_lab.cli.terminal import me, whose
     from stereo_lab.recording.places import course
+    from stereo_lab.work import MARK, find
 
-    folder = work_folder(options.name)
+    def command(what: str) -> str:
+        return f"{me()} {what}{whose(options.name)}"
+
+    folder, lessons = work_folder(options.name), course() / "notebooks"
+    find(lessons, options.lesson)  # no such lesson is said first
+    if not (folder / MARK).is_file():
+        raise StereoLabError(no_work(folder, options.name))
     out = Path(options.out) if options.out else folder / "handed_in"
-    done = hand_in(course() / "notebooks", folder, options.lesson, out, options.together_with, options.code_name)
+    done = hand_in(lessons, folder, options.lesson, out, options.together_with, options.code_name, command)
     goes_by = f"code name{'s' * (len(done.learners) > 1)} {' and '.join(done.learners)}"
     print(f"{done.path}\nGive this file to your teacher. It goes by the {goes_by}: note it down.")
     print(

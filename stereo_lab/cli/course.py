@@ -99,7 +99,7 @@ def run_reset(options: argparse.Namespace) -> int:
     settle_language()
     folder = work_folder(options.name)
     if not folder.is_dir():  # a name that is mistyped makes no learner
-        raise StereoLabError(_no_work(folder, options.name))
+        raise StereoLabError(no_work(folder, options.name))
     fresh, kept = reset(_lessons(), folder, options.lesson)
     print(f"{fresh} is as new." + (f" What you had is now {kept.name}." if kept else ""))
     return OK
@@ -113,9 +113,9 @@ def run_progress(options: argparse.Namespace) -> int:
 
     folder = work_folder(options.name)
     if not folder.is_dir() and options.name:
-        raise StereoLabError(_no_work(folder, options.name))
+        raise StereoLabError(no_work(folder, options.name))
     if not folder.is_dir():
-        print(_no_work(folder, None))
+        print(no_work(folder, None))
     recording, known, table = open_recording(options.recording), progress.load(), {}
     for lesson in LESSONS:
         asked = [q.number for q in asked_in(lesson, recording)]
@@ -133,7 +133,8 @@ def if_new(folder: Path) -> str:
     return "" if folder.is_dir() else f"{folder.name} is a new folder. Whoever has one already names it with --name."
 
 
-def _no_work(folder, name):
+def no_work(folder: Path, name: str | None) -> str:
+    """What to say where somebody has not begun yet, or has named nobody."""
     begin = "Begin with:" if name else "Name whose it is with --name, or begin with:"
     return f"There is no work in {folder} yet. {begin} {me()} start{whose(name)}"
 
