@@ -231,7 +231,7 @@ def _arm_register(arm, options):
 
     recording = open_recording(options.angles[0] if options.angles else None)
     localizer = Localizer.fit(recording)
-    tell_fit(localizer, recording)
+    tell_fit(localizer, recording, arm=True)
     with _cameras(arm, recording, options) as cameras:
         arm.set_limits(recording.arm.limits_deg)
         _home_if_lost(arm)

@@ -92,7 +92,7 @@ def run_live(options: argparse.Namespace) -> int:
         if options.recording is None:
             _check_stage(options, recording)
         localizer = Localizer.fit(recording, color=options.color)
-        tell_fit(localizer, recording)
+        tell_fit(localizer, recording, arm=options.arm is not None)
         arm = None if options.arm is None else stack.enter_context(_arm(options.arm, recording))
         move_on = _set_the_stage(source, arm, options.touch)
         sinks = _sinks(options, source, recording, localizer, stack)

@@ -68,13 +68,23 @@ def clear_line() -> None:
         print("\r\033[K", end="", file=sys.stderr, flush=True)
 
 
-def tell_fit(localizer: Localizer, recording: Recording) -> None:
-    """Print what speaks against the fit that places, or an arm, will follow."""
+def tell_fit(localizer: Localizer, recording: Recording, arm: bool) -> None:
+    """Print what speaks against the fit that places, or an arm, will follow.
+
+    Raises
+    ------
+    StereoLabError
+        If an arm would be sent to wrong places.
+    """
     from stereo_lab.localization.localizer import where_to_look
 
     doubts = localizer.doubts
     for line in (*localizer.told, *doubts, *([where_to_look(recording)] if doubts else [])):
         print(line, flush=True)
+    if arm and localizer.misleads:
+        raise StereoLabError(
+            "The arm would be sent to wrong places, and does not move. Mend the measured samples first."
+        )
 
 
 def end_as_by_ctrl_c() -> None:

@@ -19,6 +19,7 @@ from stereo_lab.recording.model import must_be_recording
 
 WAYS: dict[str, type[ConeWay] | type[PaperWay]] = {"cone": ConeWay, "paper": PaperWay}
 NAMED = 5  # samples in a sentence
+MOST_UNLIKE = 0.25  # of the samples: places move by 4 mm at most with so many wrong ones, and by 200 with a few more
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +35,7 @@ class Localizer:
         sample: the paper's way takes x and y from the position samples, depth from the depth samples.
     missed : tuple of str, samples in which no ball was found, as "set/name"
     unlike : tuple of str, samples that contradict the others by more than cameras and ruler explain, the worst first;
-        by the paper's way, which knows no standard deviations, none
+        none where all are mirrored, or by the paper's way, which knows no standard deviations
     """
 
     calibration: StereoCalibration
@@ -106,12 +107,19 @@ class Localizer:
             )
         if self.stand_ins_told:
             said.append(self.stand_ins_told)
+        if self.way.table_told:
+            said.append(self.way.table_told)
         if self.unlike:
             said.append(
                 f"The measured samples contradict each other, {len(self.unlike)} of {count} by more than {FAR_OFF:.0f} times what cameras "
                 f"and ruler leave in doubt: {first_of(self.unlike)}."
             )
         return said
+
+    @property
+    def misleads(self) -> bool:
+        """Whether places may be far off, and no arm should go there: by the samples' unit, a mirror, or many that contradict each other."""
+        return bool(self.way.table_told) or len(self.unlike) > MOST_UNLIKE * len(self.residuals_mm)
 
     def locate(
         self, left: np.ndarray, right: np.ndarray, near: tuple[Detection, Detection] | None = None

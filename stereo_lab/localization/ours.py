@@ -28,6 +28,9 @@ from stereo_lab.position import RigidFit
 from stereo_lab.recording import Position, Recording, Sample
 
 FAR_OFF = 2.0  # times: no ruler and no board is so far off
+MIRROR = 1, 1, -1
+TO_BENCH = 1, -1, -1  # right, down, forward to x right, y up, and less depth
+TURNED = 2.0  # a turn's trace is 1 + 2 cos: 60 degrees away from there, more than a bench is ever turned
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +47,7 @@ class ConeWay:
     diameter_mm : float, of the ball
     stand_ins : tuple, always empty: every sample but those that are left out is fitted on
     color_told : str, what was gained by letting the ball mark its own colour; empty where its name is used
+    mirrored : bool, whether the measured samples fit only as a mirror shows them; the fit is then of little use
     backgrounds : (ndarray, ndarray), what the cameras see where no ball is, by the samples; empty where these are too few
     """
 
@@ -55,6 +59,7 @@ class ConeWay:
     diameter_mm: float
     color_told: str = ""
     backgrounds: tuple[np.ndarray, ...] = ()
+    mirrored: bool = False
     stand_ins: ClassVar[tuple[str, ...]] = ()
 
     @classmethod
@@ -76,38 +81,54 @@ class ConeWay:
         missed = [name for name in named if name not in seen]
         found = list(seen.values())
         measured = [named[name].measured for name in seen]
-        places = [[m.x_mm, m.y_mm, depth - m.depth_mm] for m in measured]
+        places = np.array([[m.x_mm, m.y_mm, depth - m.depth_mm] for m in measured])
         if len(found) < 3:
             _check_rows(recording, calibration, detectors, named.values())
         check_enough(found, missed, 3, recording, color)
         points = _triangulate(calibration, *zip(*found, strict=True))
         centers = [center_sigmas(calibration, *pair) for pair in found]
-        sigma = np.hypot(pixel_sigma(calibration, points, centers), RULER_SIGMA_MM)
-        rigid = fit_bench(points, np.array(places), sigma)
-        doubt = Doubt.of(calibration, rigid, points, centers)
-        way = cls(calibration, detectors, rigid, doubt, depth, diameter, told, backgrounds)
-        residuals = rigid.residuals_mm * [1, 1, -1]
-        unlike = far_off(seen, residuals, map(doubt.sigma_mm, points, centers))
-        return way, residuals, tuple(missed), tuple(unlike)
+        rigid, doubt, unlike = _fit(calibration, seen, points, centers, places)
+        # All mirror images are one, but for a turn: which column it is the fit cannot tell
+        mirrored = 2 * len(_fit(calibration, seen, points, centers, places * MIRROR)[2]) < len(unlike)
+        way = cls(calibration, detectors, rigid, doubt, depth, diameter, told, backgrounds, mirrored)
+        return way, rigid.residuals_mm * [1, 1, -1], tuple(missed), () if mirrored else unlike
 
     @property
     def squares_told(self) -> str:
         """That the samples contradict the squares' length, by how much and how surely; empty where they do not."""
         off = self.rigid.scale - 1
-        if off == 0:
+        if off == 0 or self._is_other_unit:
             return ""
-        mend = (
-            "Measure the whole board with a ruler. Is it right? Then a camera was turned after the boards were taken."
-        )
-        if max(self.rigid.scale, 1 / self.rigid.scale) > FAR_OFF:
-            mend = (
-                "No ruler is that far off: is square_mm or measured.csv in another unit? stereo-lab check says which."
-            )
         return (
             f"By the measured samples the board's squares are {abs(off):.2%} {'longer' if off > 0 else 'shorter'} than they "
             f"were said to be ({abs(off) / self.rigid.scale_sigma:.1f} standard deviations): all places are taken that much "
-            f"{'larger' if off > 0 else 'smaller'}. {mend}"
+            f"{'larger' if off > 0 else 'smaller'}. Measure the whole board with a ruler. Is it right? Then a camera was turned "
+            "after the boards were taken."
         )
+
+    @property
+    def table_told(self) -> str:
+        """That the samples as a whole are in another unit, mirrored or turned; empty where they are not."""
+        if self._is_other_unit:
+            return (
+                f"By the measured samples the board's squares are {self.rigid.scale:.2g} times as long as they were said to be. "
+                "No ruler is that far off: is square_mm or measured.csv in another unit?"
+            )
+        if self.mirrored:
+            return (
+                "The measured samples fit only as a mirror shows them. In measured.csv, is the sign of one column turned round, "
+                "or are two columns exchanged?"
+            )
+        if np.trace(self.rigid.rotation * TO_BENCH) < TURNED:
+            return (
+                "By the measured samples x is not to the right, y not up, or depth not away from the cameras. In measured.csv, "
+                "are the signs of two columns turned round, or all columns exchanged?"
+            )
+        return ""
+
+    @property
+    def _is_other_unit(self):
+        return max(self.rigid.scale, 1 / self.rigid.scale) > FAR_OFF
 
     def detect(
         self, left: np.ndarray, right: np.ndarray, near: tuple[Detection, Detection] | None = None
@@ -141,6 +162,14 @@ def _look(calibration, color, diameter, named, backgrounds):
         for n, s in named.items()
     }
     return (left, right), {name: pair for name, pair in pairs.items() if pair is not None}
+
+
+def _fit(calibration, names, points, centers, places):
+    """Turn and shift on to the bench, their doubt, and the names of the samples unlike the others."""
+    sigma = np.hypot(pixel_sigma(calibration, points, centers), RULER_SIGMA_MM)
+    rigid = fit_bench(points, places, sigma)
+    doubt = Doubt.of(calibration, rigid, points, centers)
+    return rigid, doubt, tuple(far_off(names, rigid.residuals_mm, map(doubt.sigma_mm, points, centers)))
 
 
 def _marked_by_itself(calibration, color, diameter, named, backgrounds, detectors, seen):

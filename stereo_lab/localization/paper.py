@@ -27,7 +27,7 @@ class PaperWay:
     x_line, y_line : LineFit, Eq. 2 and 1: millimetres from the left rectified pixel
     depth : PaperDepth, Eq. 4: millimetres from the disparity
     stand_ins : tuple of str, "set/name": samples to check on that had to be fitted on, for too few of the others show the ball
-    color_told, squares_told : str, always empty: Algorithm 1 takes the bounds that it is given, and Eq. 4 takes any length
+    color_told, squares_told, table_told : str, always empty: Algorithm 1 takes the bounds that it is given, and Eq. 4 any length
     """
 
     calibration: StereoCalibration
@@ -38,6 +38,7 @@ class PaperWay:
     stand_ins: tuple[str, ...] = ()
     color_told: ClassVar[str] = ""
     squares_told: ClassVar[str] = ""
+    table_told: ClassVar[str] = ""
 
     @classmethod
     def fit(
