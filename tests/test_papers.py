@@ -46,10 +46,10 @@ def test_every_package_is_in_the_wheel():
 
 
 def test_every_file_that_is_no_code_is_in_the_wheel():
-    """Without its weights the detector cannot be imported."""
+    """Without its weights the detector cannot be imported, and without py.typed no type checker reads the hints (PEP 561)."""
     text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     patterns = json.loads(re.search(r"package-data\]\nstereo_lab = (\[.*\])", text)[1])
     package = ROOT / "stereo_lab"
     shipped = {path for pattern in patterns for path in package.glob(pattern)}
     others = {path for path in package.rglob("*") if path.is_file() and path.suffix not in (".py", ".pyc")}
-    assert others and others <= shipped
+    assert package / "py.typed" in others and others <= shipped
