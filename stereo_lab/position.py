@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stereo_lab.common.vectors import as_numbers, cross, for_each
+from stereo_lab.common.vectors import as_numbers, as_points, cross, for_each
 from stereo_lab.errors import StereoLabError
 
 STEPS, HALVINGS = 50, 30  # of a fit, and of one step of it; most fits need five steps and no halving
@@ -121,11 +121,11 @@ class RigidFit:
 
     def predict(self, camera_Nx3: ArrayLike) -> np.ndarray:
         """Points of the rectified left camera on the bench, shape (N, 3), mm."""
-        return self.scale * np.asarray(camera_Nx3, float).reshape(-1, 3) @ self.rotation.T + self.shift_mm
+        return self.scale * as_points(camera_Nx3, 3) @ self.rotation.T + self.shift_mm
 
     def slopes(self, camera_Nx3: ArrayLike) -> np.ndarray:
         """How places on the bench change with turn, shift and scale: shape (N, 3, 7), mm per radian, mm, 1."""
-        return _slopes(np.asarray(camera_Nx3, float).reshape(-1, 3), self.rotation, self.scale)
+        return _slopes(as_points(camera_Nx3, 3), self.rotation, self.scale)
 
 
 def kabsch(camera: np.ndarray, bench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

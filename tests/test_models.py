@@ -164,6 +164,16 @@ def test_samples_that_are_no_numbers_are_named(fit):
         fit()
 
 
+@pytest.mark.parametrize("points", [[[320, 240], [330, 250], [1, 2]], [1, 2], None, "abc", np.ones((2, 3, 4))])
+def test_a_rigid_fit_takes_points_of_three_numbers_alone(points):
+    """Six numbers in three pairs are no two points."""
+    fit = RigidFit.fit(100 * np.eye(3), 100 * np.eye(3))
+    for told in (fit.predict, fit.slopes):
+        with pytest.raises(StereoLabError, match="Expected points of 3 numbers each"):
+            told(points)
+    assert fit.predict([1, 2, 3]).shape == (1, 3) and fit.predict([]).shape == (0, 3)
+
+
 def test_as_many_standard_deviations_as_points():
     points = 100 * np.eye(3)
     with pytest.raises(StereoLabError, match=r"as many standard deviations as points, \(3, 3\); got \(5, 3\)"):

@@ -15,28 +15,10 @@ from stereo_lab.calibration import uncertainty
 from stereo_lab.calibration.bundle import CAMERAS, EXACT, STEP, TURN, Rig
 from stereo_lab.calibration.saved import ARRAYS, read_saved
 from stereo_lab.common.files import write_json
+from stereo_lab.common.vectors import as_points
 from stereo_lab.errors import CalibrationError
 
 REMAPPED = "uint8", "uint16", "int16", "float32", "float64"  # types of pictures that cv2.remap takes
-
-
-def as_points(points: ArrayLike, numbers: int) -> np.ndarray:
-    """Points of so many numbers each, shape (N, numbers); one point alone counts as a row.
-
-    Raises
-    ------
-    CalibrationError
-        If they have another shape, or are no numbers.
-    """
-    try:
-        given = np.asarray(points, float)
-    except (TypeError, ValueError):
-        raise CalibrationError(f"Expected points of {numbers} numbers each; these are no numbers.") from None
-    if given.size == 0:
-        return np.empty((0, numbers))
-    if given.shape[-1:] != (numbers,):
-        raise CalibrationError(f"Expected points of {numbers} numbers each, shape (N, {numbers}); got {given.shape}.")
-    return given.reshape(-1, numbers)
 
 
 @dataclass(frozen=True, eq=False)
