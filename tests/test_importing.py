@@ -48,6 +48,12 @@ def test_an_odd_width_and_two_ways_at_once_are_refused(pairs, tmp_path, capsys):
     assert "not both" in capsys.readouterr().err
 
 
+def test_lists_without_files_are_refused(tmp_path):
+    for make in (lambda out: import_images([], [], BOARD, out), lambda out: import_side_by_side([], BOARD, out)):
+        with pytest.raises(RecordingError, match="Expected files, got an empty list"):
+            make(tmp_path / "out")
+
+
 def test_the_command(pairs, tmp_path, capsys):
     for k, pair in enumerate(pairs):
         cv2.imwrite(str(tmp_path / f"{k}.png"), np.hstack(pair))

@@ -162,7 +162,9 @@ def matching(pattern: str | Path | Sequence[str]) -> list[Path]:
         If there is none.
     """
     if not isinstance(pattern, (str, Path)):
-        return [path for one in pattern for path in matching(one)]
+        if not (paths := [path for one in pattern for path in matching(one)]):
+            raise RecordingError("Expected files, got an empty list. Does the pattern that it was made by find any?")
+        return paths
     pattern = str(pattern).strip()
     if len(pattern) >= 2 and pattern[0] == pattern[-1] and pattern[0] in "\"'":
         pattern = pattern[1:-1]
