@@ -179,6 +179,8 @@ def test_a_move_has_time_for_a_look_at_the_encoder(longest_s):
     (lambda: Profile(Tuning(), 0, 90, 180, -5), "zero or more; got 90, 180 and -5"),
     (lambda: Profile(Tuning(), 0, math.nan), "Expected a goal in degrees"),
     (lambda: trapezoid_s(90, 0, 500), "above zero; got 0 deg/s and 500"), (lambda: trapezoid_s(90, 180, -5), "and -5 deg"),
+    (lambda: slow_zone_deg(-1, 100), "zero or more; got -1 s and 100"), (lambda: slow_zone_deg(0.05, math.nan), "and nan deg/s"),
+    (lambda: drag_link(0, 0, -1), "Expected a play of zero degrees or more; got -1"),
     (lambda: Motor(time_constant_s=-1), "time_constant_s of a motor; got -1"), (lambda: Motor(supply_v="6"), "supply_v .*got '6'"),
 ])  # fmt: skip
 def test_numbers_with_which_nothing_moves_are_refused(make, words):
@@ -188,6 +190,7 @@ def test_numbers_with_which_nothing_moves_are_refused(make, words):
 
 def test_slow_down_rule_has_three_parts():
     assert [slow_down_volts(left, 5, 3.0, 1.5) for left in (20, 5.1, 5, 0.1, 0, -3)] == [3, 3, 1.5, 1.5, 0, 0]
+    assert slow_down_volts(math.nan, 5, 3.0, 1.5) == 0
 
 
 @pytest.mark.parametrize(("start", "goal"), [(0, 90), (10, -80), (0, 3)])

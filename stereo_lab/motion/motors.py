@@ -164,7 +164,15 @@ def _turn(speed_deg_s, final_deg_s, tau, seconds, free):
 
 
 def drag_link(link_deg: float, motor_deg: float, backlash_deg: float) -> float:
-    """Where the link is, when the motor has the play of ``backlash_deg`` before it takes the link along."""
+    """Where the link is, when the motor has the play of ``backlash_deg`` before it takes the link along.
+
+    Raises
+    ------
+    StereoLabError
+        If the play is below zero, or no number.
+    """
+    if not backlash_deg >= 0:  # refuses NaN as well
+        raise StereoLabError(f"Expected a play of zero degrees or more; got {backlash_deg}.")
     half, ahead = backlash_deg / 2, motor_deg - link_deg
     if ahead > half:
         return motor_deg - half

@@ -93,9 +93,14 @@ def slow_down_volts(left_deg: float, zone_deg: float, fast_v: float, slow_v: flo
     Parameters
     ----------
     left_deg : float, still to go; below zero past the goal
+    zone_deg : float, how far before the goal it gets slow
     fast_v, slow_v : float, the two voltages
+
+    Returns
+    -------
+    float, volts; 0 brakes, also where nobody knows how far it still is (NaN)
     """
-    if left_deg <= 0:
+    if not left_deg > 0:
         return 0.0
     return fast_v if left_deg > zone_deg else slow_v
 
@@ -105,7 +110,16 @@ def slow_zone_deg(time_constant_s: float, cruise_deg_s: float) -> float:
 
     A motor sheds its speed with the time constant τ, and turns by up to τ·ω degrees meanwhile. Half as much again
     leaves room to settle at the slow speed; more costs time, for there it creeps.
+
+    Raises
+    ------
+    StereoLabError
+        If one of the two is below zero, or no number.
     """
+    if not (time_constant_s >= 0 and cruise_deg_s >= 0):  # refuses NaN as well
+        raise StereoLabError(
+            f"Expected a time constant and a speed of zero or more; got {time_constant_s} s and {cruise_deg_s} deg/s."
+        )
     return 1.5 * time_constant_s * cruise_deg_s
 
 
