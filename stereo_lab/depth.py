@@ -73,8 +73,9 @@ class PaperDepth:
         return cls(float(m), float(n), float(c), terms @ [m, n, c] - depth)
 
     def predict(self, disparity_px: ArrayLike) -> float | np.ndarray:
-        """Depth in mm for one disparity or an array."""
+        """Depth in mm for one disparity or an array; NaN at zero and below, where Eq. 4 says nothing."""
         d = as_numbers(disparity_px)
+        d = np.where(d > 0, d, np.nan)
         return self.m / d - self.n * d + self.c
 
 

@@ -189,7 +189,8 @@ def test_rays_that_meet_nowhere_have_no_depth():
     depth = fit.predict([fit.d0 - 1, fit.d0, 70])
     assert np.isnan(depth[:2]).all() and depth[2] == pytest.approx(73000 / 68.3 + 12)
     assert np.isnan(fit.predict(0.0)) and np.ndim(fit.predict(70.0)) == 0
-    assert np.isnan(IdealDepth(120, 600).predict([-30, 0])).all()
+    for model in (IdealDepth(120, 600), PaperDepth.fit([140.0, 70, 37], [520.0, 1030, 1980])):
+        assert np.isnan(model.predict([-30, 0, np.nan])).all() and np.isfinite(model.predict([1e-3, 70])).all()
 
 
 def test_a_depth_is_of_numbers_however_they_were_typed():
