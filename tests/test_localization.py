@@ -489,6 +489,18 @@ def test_what_the_papers_way_had_to_fit_on_judges_neither_way(tmp_path):
     assert any("stand in, and judge nothing: depth/004." in sentence for sentence in report.sentences(results))
 
 
+def test_what_is_no_pair_of_detections_is_refused(bench, by_cone, by_paper):
+    pictures = bench.pairs("position")[0].left, bench.pairs("position")[0].right
+    pair = by_cone.detect(*pictures)
+    for localizer in (by_cone, by_paper):
+        for near in ((1, 2), ((1, 2), (3, 4)), pair[0], pair * 2):
+            with pytest.raises(StereoLabError, match="Expected two detections"):
+                localizer.locate(*pictures, near=near)
+        with pytest.raises(StereoLabError, match=r"Expected two detections, .* got \(None, None\)"):
+            localizer.position(None, None)
+    assert by_cone.locate(*pictures, near=pair)
+
+
 def measured_otherwise(folder, mistake):
     """The second rig with other numbers in its tables: ``mistake`` makes them of x, y, depth and the number of the line."""
     shutil.copytree(ROOT / "data" / "second_rig", folder)

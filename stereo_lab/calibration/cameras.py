@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -14,11 +15,16 @@ from numpy.typing import ArrayLike
 from stereo_lab.calibration import uncertainty
 from stereo_lab.calibration.bundle import CAMERAS, EXACT, STEP, TURN, Rig
 from stereo_lab.calibration.saved import ARRAYS, read_saved
+from stereo_lab.common import vectors
 from stereo_lab.common.files import write_json
-from stereo_lab.common.vectors import as_points
 from stereo_lab.errors import CalibrationError
 
 REMAPPED = "uint8", "uint16", "int16", "float32", "float64"  # types of pictures that cv2.remap takes
+
+
+def as_points(points: ArrayLike, numbers: int) -> np.ndarray:
+    """Points of so many numbers each, shape (N, numbers); what is none raises a CalibrationError."""
+    return vectors.as_points(points, numbers, CalibrationError)
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,7 +202,17 @@ class StereoCalibration:
         Returns
         -------
         (u, v) of the left one, (u, v) of the right one
+
+        Raises
+        ------
+        CalibrationError
+            If they are no detections, such as bare points: those are for :meth:`rectify_points`.
         """
+        if not all(hasattr(ball, "center_px") for ball in (left, right)):
+            raise CalibrationError(
+                f"Expected two detections, of the left and of the right picture; got {reprlib.repr((left, right))}. "
+                "Bare points are for rectify_points."
+            )
         return tuple(self.rectify_points([d.center_px], side)[0] for d, side in ((left, "left"), (right, "right")))
 
     def triangulate(self, left_Nx2: ArrayLike, right_Nx2: ArrayLike) -> np.ndarray:

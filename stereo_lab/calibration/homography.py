@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stereo_lab.common.vectors import as_points
+from stereo_lab.calibration.cameras import as_points
 from stereo_lab.errors import StereoLabError
 
 TOO_LITTLE = 1e-6  # of the largest singular value: what is so small is rounding

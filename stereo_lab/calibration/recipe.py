@@ -31,6 +31,7 @@ from stereo_lab.calibration.verdict import verdict_on
 from stereo_lab.calibration.views import View, without_copies
 from stereo_lab.common.threads import one_thread
 from stereo_lab.recording import Board, StereoPair
+from stereo_lab.recording.sample import must_be_board
 
 JUDGED_AT_MM = 1000.0  # the distance of the verdict where none is told
 
@@ -58,8 +59,8 @@ def calibrate_stereo(
         If fewer than four pairs show the board, the board has another size, the boards do not tell where the
         cameras stand, or left and right are swapped.
     """
-    check_pairs(pairs)
-    pairs = list(pairs)
+    pairs = check_pairs(pairs)
+    must_be_board(board)
     views, dropped, size = find_views(pairs, board, progress)
     check_enough([view for view in views if view.seen_by_both], pairs, board)
     return calibrate_views(views, board, size, [pair.name for pair in pairs], dropped, depth_mm)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import reprlib
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -22,13 +23,21 @@ ROLLED_DEG = 30.0  # cameras turned so far against each other have no rows that 
 BLURRED_FOCAL_PERCENT = 5.0  # beyond, nothing that the cameras tell is worth a word
 
 
-def check_pairs(pairs: object) -> None:
-    """Refuse what holds no pairs: a board, a recording, a name."""
-    if isinstance(pairs, str) or not (hasattr(pairs, "__iter__") or hasattr(pairs, "__getitem__")):
-        raise CalibrationError(
-            'Expected pairs first, as recording.pairs("calibration") gives them, and then the board; '
-            f"got {reprlib.repr(pairs) if isinstance(pairs, str) else type(pairs).__name__}."
-        )
+def check_pairs(pairs: Any) -> list[StereoPair]:
+    """The pairs as a list; what holds none is refused: a board, a recording, a name, numbers."""
+    got = reprlib.repr(pairs)
+    if not isinstance(pairs, str):
+        try:
+            listed = list(pairs)
+        except TypeError:
+            got = type(pairs).__name__
+        else:
+            # Pairs in memory serve as well; those of a recording are not read for it
+            if all(isinstance(pair, StereoPair) or hasattr(pair, "left") for pair in listed):
+                return listed
+    raise CalibrationError(
+        f'Expected pairs first, as recording.pairs("calibration") gives them, and then the board; got {got}.'
+    )
 
 
 def check_enough(found: Sequence[View], pairs: Sequence[StereoPair], board: Board, of: int = 0) -> None:

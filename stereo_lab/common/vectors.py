@@ -66,22 +66,22 @@ def as_camera(camera: object) -> tuple[np.ndarray, np.ndarray]:
     return matrix, distortion
 
 
-def as_points(points: ArrayLike, numbers: int) -> np.ndarray:
+def as_points(points: ArrayLike, numbers: int, error: type[StereoLabError] = StereoLabError) -> np.ndarray:
     """Points of so many numbers each, shape (N, numbers); one point alone counts as a row.
 
     Raises
     ------
-    StereoLabError
+    StereoLabError, or of the kind that is told
         If they have another shape, or are no numbers.
     """
     try:
         given = np.asarray(points, float)
     except (TypeError, ValueError):
-        raise StereoLabError(f"Expected points of {numbers} numbers each; these are no numbers.") from None
+        raise error(f"Expected points of {numbers} numbers each; these are no numbers.") from None
     if given.size == 0:
         return np.empty((0, numbers))
     if given.shape[-1:] != (numbers,):
-        raise StereoLabError(f"Expected points of {numbers} numbers each, shape (N, {numbers}); got {given.shape}.")
+        raise error(f"Expected points of {numbers} numbers each, shape (N, {numbers}); got {given.shape}.")
     return given.reshape(-1, numbers)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -72,12 +73,18 @@ class Localizer:
         Raises
         ------
         StereoLabError
-            If the ball is not found in enough samples.
+            If the ball is not found in enough samples, or what is given is no such thing.
         """
         must_be_recording(recording)
         if method not in WAYS:
             raise StereoLabError(f'There is no method {method!r}. Choose "cone" or "paper".')
-        calibration = calibration or calibrate_recording(recording)
+        if calibration is None:
+            calibration = calibrate_recording(recording)
+        elif not isinstance(calibration, StereoCalibration):
+            raise StereoLabError(
+                "Expected a calibration, as calibrate_stereo or StereoCalibration.load gives it; "
+                f"got {reprlib.repr(calibration)}."
+            )
         kept_back = {sample.pair for sample in leave_out}
         samples = {
             name: [s for s in recording.samples(name) if s.pair not in kept_back] for name in ("position", "depth")
@@ -154,11 +161,22 @@ class Localizer:
         """
         self.calibration.check_size(check_image(left))
         self.calibration.check_size(check_image(right))
+        if near is not None:
+            _must_be_pair(near)
         return self.way.detect(left, right, near)
 
     def position(self, left: Detection, right: Detection) -> Position | None:
         """Two detections of one ball, in raw pixels, to a place on the bench: Position, or None."""
+        _must_be_pair((left, right))
         return self.way.position(left, right)
+
+
+def _must_be_pair(pair):
+    """Refuse what is no pair of detections, such as a point."""
+    if not (isinstance(pair, Sequence) and len(pair) == 2 and all(isinstance(ball, Detection) for ball in pair)):
+        raise StereoLabError(
+            f"Expected two detections, of the left and of the right picture, as detect gives them; got {reprlib.repr(pair)}."
+        )
 
 
 def first_of(names: Sequence[str]) -> str:
