@@ -96,7 +96,9 @@ class OffsetDepth:
 
     @classmethod
     def fit(cls, disparity_px_N: ArrayLike, depth_mm_N: ArrayLike) -> OffsetDepth:
-        """Least squares by Gauss-Newton steps from d0 = 0; every sample counts in pixels, not in mm.
+        """Least squares by Gauss-Newton steps from d0 = 0; every error in mm is weighed by d².
+
+        A pixel is worth a/(d − d0)² mm, so the errors count in pixels as long as d0 is small beside d.
 
         Raises
         ------
@@ -107,7 +109,7 @@ class OffsetDepth:
         d, depth = _samples(disparity_px_N, depth_mm_N)
         a, c = np.linalg.lstsq(np.column_stack([1 / d, np.ones_like(d)]), depth, rcond=None)[0]
         d0 = 0.0
-        weight = d**2 / np.median(d**2)  # a pixel is worth Z², so 1/d², millimetres
+        weight = d**2 / np.median(d**2)  # a pixel is worth Z², so about 1/d², millimetres
         for _ in range(STEPS):
             gap = d - d0
             terms = np.column_stack([1 / gap, a / gap**2, np.ones_like(d)])
