@@ -47,11 +47,10 @@ def heat(
     center: tuple[float, float] | None,
     title: str,
     ax: Axes | None = None,
-    most: float | None = None,
 ) -> Axes:
-    """Votes as a heat map; a cross on a centre (u, v), or none; ``most`` is the brightest colour's number of votes."""
+    """Votes as a heat map; a cross on a centre (u, v), or none."""
     ax = ax or plt.gca()
-    picture = ax.imshow(votes, cmap="inferno", interpolation="nearest", vmin=0, vmax=most)
+    picture = ax.imshow(votes, cmap="inferno", interpolation="nearest", vmin=0)
     if center is not None:
         ax.plot(*center, "+", color="white", markersize=16, markeredgewidth=2)
     bar = ax.figure.colorbar(picture, ax=ax, shrink=0.8)

@@ -29,7 +29,7 @@ class CameraPair:
     def __init__(self, left: int, right: int, size: tuple[int, int]) -> None:
         if left == right:
             raise StereoLabError(
-                f"Expected two cameras, got number {left} for both. Cameras are counted from 0: give each its own number."
+                f"Expected two cameras, got number {left} for both. Cameras are counted from 0: give each its own number (at the terminal: --left and --right)."
             )
         self.size, self._captures = size, []
         for side, number in (("left", left), ("right", right)):
@@ -39,7 +39,7 @@ class CameraPair:
                 self.close()
                 raise StereoLabError(
                     f"Camera {number} ({side}) does not open. Is it plugged in, and does no other program use it? "
-                    "Cameras are counted from 0; one that is built into the computer is one of them."
+                    "Cameras are counted from 0; one that is built into the computer is one of them. Other numbers at the terminal: --left and --right."
                 )
             capture.set(cv2.CAP_PROP_FRAME_WIDTH, size[0])
             capture.set(cv2.CAP_PROP_FRAME_HEIGHT, size[1])

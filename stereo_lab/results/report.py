@@ -176,7 +176,7 @@ def calibration_lines(calibration: StereoCalibration) -> list[str]:
     lines = [f"{len(calibration.used)} of {calibration.pairs} pairs used; boards found in {calibration.found}."]
     lines += [f"  without {name}: {why}" for name, why in calibration.dropped]
     lines += [
-        f"  without one corner of {name}, {side} picture, at ({u:.0f}, {v:.0f}): it is {off:.1f} px off"
+        f"  without one corner of {name}, {side} picture, at ({u:.0f}, {v:.0f}): it is {off:.{1 if off >= 1 else 2}f} px off"
         for name, side, u, v, off in calibration.corners_left_out[:CORNERS_NAMED]
     ]
     if len(calibration.corners_left_out) > CORNERS_NAMED:
