@@ -21,7 +21,7 @@ def catch_up(lesson: str, sitting: int) -> None:
     So it is where they home an arm that is closed by now, or was connected anew.
 
     Answers are part of their cells, so they count as they stand in the notebook as it was last saved. A real arm is not moved: then
-    a sentence says to run those cells one by one.
+    a sentence says to run those cells one by one. But where its port is opened again, its motors let go.
 
     Parameters
     ----------
