@@ -15,6 +15,8 @@ from conftest import ROOT
 from stereo_lab.cli import main
 from stereo_lab.detection import BallDetector, Detection
 from stereo_lab.errors import StereoLabError
+from stereo_lab.live import open_source, touch_in_turn
+from stereo_lab.live import run as run_cell
 from stereo_lab.localization import Localizer, disparities, doubt, find_pair, matching, ours, paper, sphere
 from stereo_lab.position import RigidFit
 from stereo_lab.recording import open_recording
@@ -536,6 +538,14 @@ def test_tables_that_mislead_are_doubted_and_no_arm_moves_by_them(tmp_path, caps
     assert main([*run, "--arm", "virtual://arm"]) == (2 if misleads else 0)
     told = capsys.readouterr()
     assert ("The arm moves" in told.out) != ("wrong places, and does not move" in told.err) == misleads
+    if misleads:
+        arm = SimpleNamespace(homed=True)
+        for moves in (
+            run_cell(open_source("bench"), fitted, arm),
+            touch_in_turn(open_source("bench"), fitted, arm, None),
+        ):
+            with pytest.raises(StereoLabError, match="wrong places, and does not move"):
+                next(moves)
     assert (f"stereo-lab check {folder}" in told.out) == bool(doubts)
 
 

@@ -76,15 +76,13 @@ def tell_fit(localizer: Localizer, recording: Recording, arm: bool) -> None:
     StereoLabError
         If an arm would be sent to wrong places.
     """
-    from stereo_lab.localization.localizer import where_to_look
+    from stereo_lab.localization.localizer import must_lead_an_arm, where_to_look
 
     doubts = localizer.doubts
     for line in (*localizer.told, *doubts, *([where_to_look(recording)] if doubts else [])):
         print(line, flush=True)
-    if arm and localizer.misleads:
-        raise StereoLabError(
-            "The arm would be sent to wrong places, and does not move. Mend the measured samples first."
-        )
+    if arm:
+        must_lead_an_arm(localizer)
 
 
 def end_as_by_ctrl_c() -> None:

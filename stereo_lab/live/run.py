@@ -19,6 +19,7 @@ from stereo_lab.live.sources import Frame, StereoSource
 from stereo_lab.live.tracker import Track, Tracker
 from stereo_lab.live.usage import Usage
 from stereo_lab.localization import Localizer
+from stereo_lab.localization.localizer import must_lead_an_arm
 
 RATE_OVER = 30  # pictures over which the rate is told
 
@@ -131,12 +132,14 @@ def run(
     Raises
     ------
     StereoLabError
-        If a camera falls silent, the arm stops or does not answer, or ``source`` is none.
+        If a camera falls silent, the arm stops or does not answer, ``source`` is none, or the localizer would mislead an arm.
     """
     if not hasattr(source, "read"):
         raise StereoLabError(
             f"Expected a source of pictures first, as open_source gives it, and then the localizer; got {type(source).__name__}."
         )
+    if follower is not None:
+        must_lead_an_arm(localizer)
     tracker, usage, came, first_s = Tracker(localizer), Usage(), deque[float](maxlen=RATE_OVER + 1), None
     threads = contextlib.ExitStack()
     threads.enter_context(one_thread())  # windows of some pixels are not worth sharing out: more threads only wait

@@ -15,6 +15,7 @@ from stereo_lab.kinematics import JointAngles
 from stereo_lab.live.run import Sink, run
 from stereo_lab.live.sources import StereoSource
 from stereo_lab.localization import Localizer
+from stereo_lab.localization.localizer import must_lead_an_arm
 from stereo_lab.recording import Recording
 
 STILL, STILL_MM = 10, 3.0  # a ball lies still that was seen so often in a row within so many mm
@@ -54,9 +55,10 @@ def touch_in_turn(
     Raises
     ------
     StereoLabError
-        If the arm is not homed, a camera falls silent, or the arm stops or does not answer.
+        If the arm is not homed, the localizer would mislead it, a camera falls silent, or the arm stops or does not answer.
     """
     must_be_homed(arm, "its angles mean nothing before")
+    must_lead_an_arm(localizer)
     radius, touched = recording.ball.diameter_mm / 2, np.empty((0, 3))
     while len(touched) < balls:
         yield f"ball {len(touched) + 1} of {balls}: waiting for one that lies still"

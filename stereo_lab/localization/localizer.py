@@ -179,6 +179,21 @@ def _must_be_pair(pair):
         )
 
 
+def must_lead_an_arm(localizer: object) -> None:
+    """Refuse to send an arm by a fit whose places may be far off.
+
+    Raises
+    ------
+    StereoLabError
+        If it misleads.
+    """
+    if getattr(localizer, "misleads", False):
+        raise StereoLabError(
+            "The arm would be sent to wrong places, and does not move. Mend the measured samples first: stereo-lab check "
+            "says what is wrong with them."
+        )
+
+
 def first_of(names: Sequence[str]) -> str:
     """The first of some names, for a sentence."""
     return ", ".join(names[:NAMED]) + (" and others" if len(names) > NAMED else "")
