@@ -20,6 +20,8 @@ STILL = 1e-6  # radians, and mm: a step so small ends a fit
 TINY = 1e-9  # keeps the equations solvable where a fit needs every sample
 HUBER = 2.5  # standard deviations beyond which a sample counts less
 BESIDE = 3.0  # standard deviations: samples that lie beside one line by less, RMS, do not tell the turn about it
+TO_BENCH = np.diag([1.0, -1.0, -1.0])  # right, down, forward to x right, y up, and less depth
+WRONG_WAY_DEG = 60.0  # no bench is turned more than this from there
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,6 +128,15 @@ class RigidFit:
     def slopes(self, camera_Nx3: ArrayLike) -> np.ndarray:
         """How places on the bench change with turn, shift and scale: shape (N, 3, 7), mm per radian, mm, 1."""
         return _slopes(as_points(camera_Nx3, 3), self.rotation, self.scale)
+
+
+def is_wrong_way(rotation: np.ndarray) -> bool:
+    """Whether after a turn from the rectified left camera on to the bench x is not to the right, y up and depth away, not even about.
+
+    ``rotation``: shape (3, 3).
+    """
+    away = np.degrees(np.arccos(np.clip((np.trace(rotation @ TO_BENCH.T) - 1) / 2, -1, 1)))
+    return bool(away > WRONG_WAY_DEG)
 
 
 def kabsch(camera: np.ndarray, bench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -13,14 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stereo_lab.position import kabsch
+from stereo_lab.position import is_wrong_way, kabsch
 
 RULER_MM = 3.0  # a ruler held by hand is not farther off than this
 WRONG_MM = 3 * RULER_MM  # a line that is farther off is wrong
 FLAT_MM = 6 * WRONG_MM  # a column that differs by less in its set has no sign that could be told: it lies in one plane
 DRAWS = 60  # of three lines each, from which a turn and shift are tried
 SEED = 0
-WRONG_WAY_DEG = 60.0  # x is to the right, y up and depth away, about: no bench is turned more than this
 EXPLAINS = 0.05  # of a line's distance may be left where a slip explains it: a far place is told badly by the others
 AGREE = 0.7  # in lines' worth: a table that fits so well is as it should be
 ONE_SET = 0.3  # in lines' worth for each table: a mistake in some of the tables alone is the less simple one
@@ -29,7 +28,6 @@ MENDED = 1.0  # and in lines' worth, what is left of a set that was shifted: a t
 SIGNS = ((0,), (1,), (2,), (0, 1))  # columns whose sign a hand turns round
 AXES = ("x", "y", "depth")
 UNITS = {"centimetres": 10.0, "inches": 25.4, "metres": 1000.0}
-TO_BENCH = np.diag([1.0, -1.0, -1.0])  # right, down, forward to x right, y up, and less depth
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,8 +96,7 @@ def _placed(points, bench, deep, some, free_scale):
     rotation, shift, scale = similar(points[some], bench[some], free_scale)
     told = scale * points @ rotation.T + shift
     off = weighed(told - bench, points @ rotation.T, deep) / np.clip(scale, 1e-6, 1.0)  # in the larger of two units
-    away = np.degrees(np.arccos(np.clip((np.trace(rotation @ TO_BENCH.T) - 1) / 2, -1, 1)))
-    turned = bool(away > WRONG_WAY_DEG)
+    turned = is_wrong_way(rotation)
     cost = _in_lines(off).sum() + 0.5 * len(points) * turned
     return Placed(float(cost), told * [1, 1, -1], off, float(scale), turned)
 

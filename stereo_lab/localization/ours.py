@@ -24,13 +24,11 @@ from stereo_lab.localization.doubt import (
 from stereo_lab.localization.matching import ROW_PX, find_pair, size_errors, surer
 from stereo_lab.localization.samples import check_enough
 from stereo_lab.localization.sphere import one_sphere
-from stereo_lab.position import RigidFit
+from stereo_lab.position import RigidFit, is_wrong_way
 from stereo_lab.recording import Position, Recording, Sample
 
 FAR_OFF = 2.0  # times: no ruler and no board is so far off
 MIRROR = 1, 1, -1
-TO_BENCH = 1, -1, -1  # right, down, forward to x right, y up, and less depth
-TURNED = 2.0  # a turn's trace is 1 + 2 cos: 60 degrees away from there, more than a bench is ever turned
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +87,7 @@ class ConeWay:
         centers = [center_sigmas(calibration, *pair) for pair in found]
         rigid, doubt, unlike = _fit(calibration, seen, points, centers, places)
         # All mirror images are one, but for a turn: which column it is the fit cannot tell
-        mirrored = 2 * len(_fit(calibration, seen, points, centers, places * MIRROR)[2]) < len(unlike)
+        mirrored = unlike != () and 2 * len(_fit(calibration, seen, points, centers, places * MIRROR)[2]) < len(unlike)
         way = cls(calibration, detectors, rigid, doubt, depth, diameter, told, backgrounds, mirrored)
         return way, rigid.residuals_mm * [1, 1, -1], tuple(missed), () if mirrored else unlike
 
@@ -119,7 +117,7 @@ class ConeWay:
                 "The measured samples fit only as a mirror shows them. In measured.csv, is the sign of one column turned round, "
                 "or are two columns exchanged?"
             )
-        if np.trace(self.rigid.rotation * TO_BENCH) < TURNED:
+        if is_wrong_way(self.rigid.rotation):
             return (
                 "By the measured samples x is not to the right, y not up, or depth not away from the cameras. In measured.csv, "
                 "are the signs of two columns turned round, or all columns exchanged?"
