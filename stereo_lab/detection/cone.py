@@ -80,10 +80,11 @@ def fit_cone(look: Look, off: np.ndarray, weights: np.ndarray) -> Cone | None:
     if count < LEAST_CLEAR * RAYS:
         return None
     rays, used, near = look.rays(off), weights, max(NEAR_PX, NEAR * look.share * look.r)
+    parts = np.ascontiguousarray(rays.T)
     axis, gap, step, least = np.zeros(3), off, 1.0, max(LIMIT_PX, LIMIT * look.r)
     for rounds in range(MOST_ROUNDS):
         before = gap
-        sums = (rays.T * used).dot(rays)
+        sums = (parts * used).dot(rays)
         best = cv2.solve(sums, used.dot(rays)[:, None], flags=cv2.DECOMP_CHOLESKY)[1][:, 0]
         axis = axis + step * (best - axis)
         x, y, z = axis.tolist()
@@ -92,7 +93,8 @@ def fit_cone(look: Look, off: np.ndarray, weights: np.ndarray) -> Cone | None:
             return None
         gap = (1 - rays.dot(axis)) * (look.r / tan2)
         away = np.abs(gap)
-        order = np.sort(away[clear])
+        order = away[clear]
+        order.sort()
         if rounds == 0 and order[int(ONE_CURVE * count)] > near:
             axis = _best_of_threes(rays[clear], near, look.r)
             away = np.abs(1 - rays.dot(axis)) * (look.r / (axis @ axis - 1))

@@ -210,13 +210,14 @@ class BallDetector:
         window = image[top : max(0, int(near_v + most + r)), left : max(0, int(near_u + most + r))]
         if min(window.shape[:2]) < 8:
             return None
-        right = []
+        nearest, patch = most, None
         for sums in where.moments(self.color.likeness(window, step), where.SURELY):
             u, v, size = where.as_circle(sums)
-            if SHRUNK * r < size * step < GROWN * r:
-                right.append((left + u * step, top + v * step, size * step, sums))
-        right = [patch for patch in right if max(abs(patch[0] - near_u), abs(patch[1] - near_v)) < most]
-        return min(right, key=lambda patch: math.hypot(patch[0] - near_u, patch[1] - near_v), default=None)
+            u, v, size = left + u * step, top + v * step, size * step
+            away = math.hypot(u - near_u, v - near_v)
+            if SHRUNK * r < size < GROWN * r and away < nearest:
+                nearest, patch = away, (u, v, size, sums)
+        return patch
 
     def _quick(self, image, circle, edge):
         """One look; a wider one where much of the rim is off the cone, as on a smeared ball; another if it moved far."""
@@ -269,7 +270,7 @@ def _least_radius(image):
 
 def _colored(like, step):
     """Pixels of the ball's colour in the whole picture, of which every so manieth was looked at."""
-    return max(1, np.count_nonzero(like > where.SURELY)) * step * step
+    return max(1, np.count_nonzero(where.above(like, where.SURELY))) * step * step
 
 
 def _of_the_patch(cone, r, step):

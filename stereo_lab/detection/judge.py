@@ -35,7 +35,7 @@ EVIDENCE = SHIPPED.names
 
 PARTS = np.sqrt((np.arange(6) + 0.5) / 6) * 0.85
 DISC = (RING[:, ::3, None] * PARTS).reshape(2, -1).astype(np.float32)  # places inside, in radii
-DISC_SPREAD = float((DISC[0] ** 2).mean())
+DISC_SPREAD, DISC_SUM = float((DISC[0] ** 2).mean()), np.ones_like(DISC[0])
 WAVES = np.column_stack([wave(crests * ANGLE) for crests in (2, 3, 4) for wave in (np.cos, np.sin)])
 
 
@@ -78,15 +78,15 @@ def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
     on = light_clear & (np.abs(light_gaps) < max(ON_PX, ON * r))
     ends = color_clear & (astray < max(ENDS_PX, ENDS * r))
     edged = on | ends
-    past = (look.off - rim[:, None]).astype(np.float32)
+    past = (look.off[:, None] - rim).astype(np.float32)
     margin = max(RIM * r, RIM_PX)
     outer, inner = (past > margin).astype(np.float32), past < -margin
-    outside = (look.like * outer) @ EACH / (outer @ EACH + 1e-3)
+    outside = EACH.dot(look.like * outer) / (EACH.dot(outer) + 1e-3)
     within = float(np.vdot(look.like, inner)) / (np.count_nonzero(inner) + 1e-3)
     seen = max(1, int(np.count_nonzero(look.seen)))
     fill, shade, dark = _inside(cone)
     return np.array([
-        (within - outside @ look.seen / seen) / 255,
+        (within - outside.dot(look.seen) / seen) / 255,
         np.count_nonzero(on) / seen,
         np.count_nonzero(ends) / seen,
         np.count_nonzero(~edged & look.seen & (outside > OUTSIDE)) / RAYS,
@@ -114,17 +114,17 @@ def _inside(cone):
     ours = look.color.likeness(colors)[0, :, None] > PERHAPS
     count = max(1, np.count_nonzero(ours))
     light = (colors[0] * ours).astype(np.float32)
-    mean = light.sum(0) / count
-    slope = DISC @ (light - mean * ours) / np.maximum(mean, DIM)
+    mean = DISC_SUM.dot(light) / count
+    slope = (DISC.dot(light) - DISC.dot(ours) * mean) / np.maximum(mean, DIM)
     shade = math.hypot(*slope.ravel().tolist()) / (count * DISC_SPREAD)
-    bright = np.sort(light.sum(1))[-count:]  # what is not ours is 0
+    bright = np.sort(light.dot(EACH[:3]))[-count:]  # what is not ours is 0
     dark = (bright[count // 2] - bright[count // 10]) / max(1.0, mean.sum())
     return count / len(ours), shade, float(dark)
 
 
 def _mean(px, clear, r):
     """Mean over the clear rays, in radii."""
-    return px @ clear / (r * max(1, int(np.count_nonzero(clear))))
+    return px.dot(clear) / (r * max(1, int(np.count_nonzero(clear))))
 
 
 def _longest_arc(edged):
@@ -138,8 +138,8 @@ def _lobes(gaps, clear, r):
     count = np.count_nonzero(near)
     if count < FEW_RAYS:
         return USUAL_LOBES
-    heights = ((gaps - gaps @ near / count) * near) @ WAVES
-    return math.sqrt(2 * heights @ heights) / (count * r)
+    heights = ((gaps - gaps.dot(near) / count) * near).dot(WAVES)
+    return math.sqrt(2 * heights.dot(heights)) / (count * r)
 
 
 def ranking(things: list[Thing]) -> list[tuple[Thing, float]]:
