@@ -38,10 +38,9 @@ ANGLE = np.arange(RAYS) * (2 * np.pi / RAYS)
 RING = np.array([np.cos(ANGLE), np.sin(ANGLE)])
 EACH = np.ones(SAMPLES, np.float32)
 SPAN = np.linspace(-1, 1, SAMPLES, dtype=np.float32)
-# A place lies at (u, v) + (radius + band · span) · (cos, sin): from these four to all places. The innermost of all rays come
-# first, so that a sum along the rays is one product. (dot and not @: on so few numbers half of the time is the call)
-RIM = RING.T[None]
-PARTS = np.broadcast_arrays(*np.eye(2)[:, None, None], RIM, RIM * SPAN[:, None, None])
+# A place lies at (u, v) + (radius + band · span) · (cos, sin): from these four to x of all places, then y of all. The
+# innermost of all rays come first: a sum along the rays is one product. (dot and not @: on so few numbers half of it is the call)
+PARTS = np.broadcast_arrays(*np.eye(2)[..., None, None], RING[:, None], RING[:, None] * SPAN[:, None])
 PLACES = np.reshape(PARTS, (4, -1)).astype(np.float32)
 MOMENTS = np.stack([SPAN, EACH])[:, 1:-1]
 END = SAMPLES // 4
@@ -75,15 +74,15 @@ class Look:
         whole = image[self.top : int(v + reach) + 2, self.left : int(u + reach) + 2]
         self.patch = cv2.GaussianBlur(whole, (3, 3), BLUR_PX)
         told = np.array([u - self.left, v - self.top, r, band], np.float32)
-        self.places = told.dot(PLACES).reshape(SAMPLES, RAYS, 2)
+        self.x, self.y = told.dot(PLACES).reshape(2, SAMPLES, RAYS)
         self.seen = ALL
         if not (r + 1 < u < image.shape[1] - r - 2 and r + 1 < v < image.shape[0] - r - 2):
-            x, y = self.places[SAMPLES // 2].T
+            x, y = self.x[SAMPLES // 2], self.y[SAMPLES // 2]
             self.seen = (x > 0.5) & (y > 0.5) & (x < self.patch.shape[1] - 1.5) & (y < self.patch.shape[0] - 1.5)
 
     def sampled(self, picture: np.ndarray) -> np.ndarray:
         """The picture at every place of every ray, shape (SAMPLES, RAYS, 3)."""
-        return cv2.remap(picture, self.places, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        return cv2.remap(picture, self.x, self.y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
 
     @cached_property
     def off(self) -> np.ndarray:
