@@ -78,11 +78,11 @@ def evidence_of(cone: Cone, colored_px: float) -> np.ndarray:
     on = light_clear & (np.abs(light_gaps) < max(ON_PX, ON * r))
     ends = color_clear & (astray < max(ENDS_PX, ENDS * r))
     edged = on | ends
-    past = (look.off[:, None] - rim).astype(np.float32)
+    past = look.off[:, None] - rim.astype(np.float32)
     margin = max(RIM * r, RIM_PX)
     outer, inner = (past > margin).astype(np.float32), past < -margin
     outside = EACH.dot(look.like * outer) / (EACH.dot(outer) + 1e-3)
-    within = float(np.vdot(look.like, inner)) / (np.count_nonzero(inner) + 1e-3)
+    within = float(look.like.ravel().dot(inner.ravel())) / (np.count_nonzero(inner) + 1e-3)
     seen = max(1, int(np.count_nonzero(look.seen)))
     fill, shade, dark = _inside(cone)
     return np.array([

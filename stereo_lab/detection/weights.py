@@ -49,7 +49,7 @@ class Weights:
     def logit(self, evidence: np.ndarray) -> float:
         """The logarithm of the odds of a thing against none: each piece of evidence and each two, weighed."""
         z = self.spreads_off(evidence)
-        return float(self.constant + z @ (self.weight + self.together @ z))
+        return float(self.constant + z.dot(self.weight + self.together.dot(z)))
 
     def logits(self, evidence_Nxn: np.ndarray) -> np.ndarray:
         """The same for a row of evidence each, shape (N,)."""
