@@ -228,6 +228,27 @@ def test_before_books_and_plants_centres_are_half_as_far_off(third):
     assert known < 0.092 and known < 0.65 * blind
 
 
+def test_of_four_errors_three_are_smaller_than_told(third):
+    """Two of three should be: so sure is it told, and no surer."""
+    recording, localizer, _ = third
+    sizes = []
+    for sample in recording.samples("evaluation"):
+        true = recording.true_ball("evaluation", sample.pair.name)
+        for ball, side in zip(localizer.detect(sample.pair.left, sample.pair.right), ("left", "right"), strict=True):
+            sizes += [abs(ball.u - true[side][0]) / ball.sigma_px, abs(ball.v - true[side][1]) / ball.sigma_px]
+    assert 0.6 < np.mean(np.array(sizes) < 1) < 0.84 and np.mean(np.array(sizes) < 2) > 0.9
+
+
+def test_balls_that_are_known_by_their_background_are_one_sphere_however_sure(third, monkeypatch):
+    """Their rims look clean, and they were not sure before: nothing speaks against joining them."""
+    recording, localizer, _ = third
+    sample = recording.samples("evaluation")[0]
+    joined = localizer.detect(sample.pair.left, sample.pair.right)
+    monkeypatch.setattr(sphere, "CLEAN", 0.0)
+    monkeypatch.setattr(sphere, "KNOWN", 1.0)
+    assert localizer.detect(sample.pair.left, sample.pair.right) == joined
+
+
 def test_pictures_that_contradict_each_other_have_no_single_edges_to_be_asked(third, monkeypatch):
     recording, localizer, _ = third
     monkeypatch.setattr(

@@ -36,14 +36,14 @@ LEAST_NOISE = np.array([0.5, 0.5, 0.5, 0.5, 0.3, 0.3])  # whole numbers are stor
 AGREE, SAME, CLEAR = 0.75, 2.5, 5.5
 # A shadow or a highlight on the ball, of which the fit knows nothing, changes light more than colour
 COUNTS = np.array([1, 1, 1, 1, 2, 2])
-GLOSS, GLOSS_SIGMA = 0.5, 0.4  # a smooth ball mirrors by 1, a matt one by 0: its rim must tell
+GLOSS, GLOSS_SIGMA = 0.5, 0.3  # a smooth ball mirrors by 1, a matt one by 0, any as likely: its rim must tell
 # Radii from the ball's middle: of its last pixel each part mirrors at another angle, and so what lies anywhere from here to there
 OUT = np.linspace(2, 20, 10)
 FAR_OFF = 4.0  # medians: what is explained so badly is no ball, but its stand or a finger
 ROUNDS = 4
 # Errors of neighbouring pixels go together (colour mosaic, sharpening, JPEG), and no ball's light changes quite evenly:
 # measured on rendered balls before books, so many times more than if each erred alone
-TOGETHER = 4.0
+TOGETHER = 3.0
 LEAST_BLOCKS = 8
 MOVED_PX, MOVED = 1.0, 0.25  # px and radii: so far from where it was found it is another thing
 

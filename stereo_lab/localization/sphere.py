@@ -19,7 +19,7 @@ from stereo_lab.detection.detector import unsure
 # So much of each rim on its cone, and each centre known to this part of the radius, to half of which it is on plain grounds: the
 # ball that fits both has the cones' disparity to 0.01 px
 CLEAN, KNOWN = 0.9, 0.006
-SIZE_SIGMA_PX = 0.12  # blur and sharpening move the rim: so much may the ball's radius differ between the pictures
+SIZE_SIGMA_PX = 0.09  # blur and sharpening move the rim: so much may the ball's radius differ between the pictures
 CONTRADICT = 2.0  # squared, in standard deviations, two of them free: of cones without a fault one pair in three
 ROUNDS, ENOUGH_MM = 10, 0.03  # a tenth of what is known best
 TINY = 1e-12
@@ -43,16 +43,18 @@ def one_sphere(calibration: StereoCalibration, left: Detection, right: Detection
     if left.cone is None or right.cone is None:
         return left, right
     cones = left.cone, right.cone
-    if min(cone.on for cone in cones) >= CLEAN and not any(unsure(ball, KNOWN) for ball in (left, right)):
+    by_edges = all(cone.weights.any() for cone in cones)
+    clean = by_edges and min(cone.on for cone in cones) >= CLEAN
+    if clean and not any(unsure(ball, KNOWN) for ball in (left, right)):
         return left, right
     poses = (EYE, np.zeros(3)), (calibration.rotation, np.ravel(calibration.translation_mm))
     ball = _start(cones, poses)
     step, contradiction = _step(cones, poses, ball, [_by_cone(cone) for cone in cones])
     ball = ball + step  # one step is enough: what it leaves is its square over the ball's distance
-    if contradiction > CONTRADICT and all(cone.weights.any() for cone in cones):
-        by_edges = [_by_edges(cone) for cone in cones]
+    if contradiction > CONTRADICT and by_edges:
+        edges = [_by_edges(cone) for cone in cones]
         for _ in range(ROUNDS):
-            step, _ = _step(cones, poses, ball, by_edges)
+            step, _ = _step(cones, poses, ball, edges)
             ball = ball + step
             if np.abs(step).max() < ENOUGH_MM:
                 break
