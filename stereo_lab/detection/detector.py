@@ -121,10 +121,11 @@ class BallDetector:
         if self.method == "paper":
             raise StereoLabError("The paper's way finds one ball or none, no candidates. Use the method cone.")
         seen = self.things(check_image(image), everything)
-        if sureness(seen) < BALL and (vivid := most_colorful(self.color, image)) is not None:
+        ranked = ranking(seen)
+        if not (ranked and ranked[0][1] >= BALL) and (vivid := most_colorful(self.color, image)) is not None:
             tried = BallDetector(vivid, camera=self.camera).things(image, everything)
-            seen += [thing._replace(logit=thing.logit - SECOND) for thing in tried]
-        return [(_detection(thing.cone, p), thing.logit) for thing, p in ranking(seen)[:most]]
+            ranked = ranking(seen + [thing._replace(logit=thing.logit - SECOND) for thing in tried])
+        return [(_detection(thing.cone, p), thing.logit) for thing, p in ranked[:most]]
 
     def weighed_at(self, image: np.ndarray, circles: Sequence[Circle]) -> list[tuple[Detection, float]]:
         """The same by a long look at some places (u, v, radius), px."""

@@ -144,8 +144,11 @@ def _lobes(gaps, clear, r):
 
 def ranking(things: list[Thing]) -> list[tuple[Thing, float]]:
     """Each distinct thing with the probability that it, and not another thing or none, is the ball; best first."""
-    kept, told = distinct([t.cone.circle for t in things], [t.logit for t in things])
-    return [(things[k], p) for k, p in zip(kept, told, strict=True)]
+    return [(things[k], p) for k, p in zip(*_distinct(things), strict=True)]
+
+
+def _distinct(things):
+    return distinct([t.cone.circle for t in things], [t.logit for t in things])
 
 
 def distinct(circles: Sequence[Circle], logits: Sequence[float]) -> tuple[list[int], list[float]]:
@@ -162,4 +165,4 @@ def distinct(circles: Sequence[Circle], logits: Sequence[float]) -> tuple[list[i
 
 def sureness(things: list[Thing]) -> float:
     """The probability of the best of some things."""
-    return max((p for _, p in ranking(things)), default=0.0)
+    return max(_distinct(things)[1], default=0.0)
