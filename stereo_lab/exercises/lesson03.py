@@ -22,7 +22,11 @@ def questions(recording: Recording) -> tuple[Question, ...]:
     """Six questions; see :mod:`stereo_lab.exercises`."""
     (v0, y0), (v1, y1), lines, focal, center = _facts(str(recording.path))
     slope, offset, slope_of_y = lines
-    tries = ((center + 100.0, 1000.0, focal, center), (center - 50.0, 2000.0, focal, center))
+    tries = (
+        (center + 100.0, 1000.0, focal, center),
+        (center - 50.0, 2000.0, focal, center),
+        (437.0, 850.0, 500.0, 310.0),  # another camera, for an answer with this one's numbers in it
+    )
     return lesson(
         "03",
         _sign(),
@@ -46,13 +50,13 @@ def _sign():
             "v grows downwards in a picture, y grows upwards on the bench.",
             same=(
                 ("row (0|zero)", ""),  # a reason, and no slope
-                ("(less|smaller|lower) than (zero|0)|(under|below) (zero|0)|negative|minus|(m ?)?<=? ?(0|zero)|(0|zero) ?>=? ?m", "below"),
-                ("(more|larger|bigger|greater|higher) than (zero|0)|(over|above) (zero|0)|positive|plus|(m ?)?>=? ?(0|zero)|(0|zero) ?<=? ?m", "above"),
+                ("(less|smaller|lower) than (zero|0)|(under|below|beneath) (zero|0)|sub[ -]?zero|^(under|beneath)$|negative|minus|(m ?)?<=? ?(0|zero)|(0|zero) ?>=? ?m", "below"),
+                ("(more|larger|bigger|greater|higher) than (zero|0)|(over|above) (zero|0)|^over$|positive|plus|(m ?)?>=? ?(0|zero)|(0|zero) ?<=? ?m", "above"),
                 ("(0|zero) ?=+ ?m|0|(m ?)?=+ ?(0|zero)|flat|level|neither", "zero"),
             ),
             not_meant=(
                 (r".*\bnon-? ?(negative|positive|zero).*|minus minus", "say it straight: is m above zero, below zero, or zero itself?"),
-                (r"((it|m|the slope) is )?(below|under|above|over) ((minus )?(one|two|[1-9][\d.]*)|the (?!zero|0).*|ground|[xyuv])", "compare it with zero: is m a number above zero, or below?"),
+                (r"((it|m|the slope) is )?(below|under|above|over) ((minus )?(one|two|[1-9][\d.]*)|the (?!zero|0).*|average|ground|[xyuv])", "compare it with zero: is m a number above zero, or below?"),
             ),
             beside=(
                 ("(it |that )?(depends|varies|changes).*", "a straight line has one slope, everywhere. Look at the table: v grows, and y?"),

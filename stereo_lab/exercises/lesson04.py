@@ -11,6 +11,7 @@ from stereo_lab.recording import Recording, open_recording
 
 A_LENGTH = "the area of its picture does. The disparity is a length: once, not squared."
 SMALLER = "((gets |is |becomes )?(smaller|shorter|less)|shrinks?|decreases|falls|drops|goes down)"
+LESS = "(as (small|short|little|narrow|thin)|smaller|shorter|less|narrower|thinner)"  # after "twice"
 ANOTHER = "(z|(the |its )?(depth|distance( to the ball)?|baseline|focal length|error|time|ball))"  # than the disparity
 
 
@@ -44,6 +45,8 @@ def _twice_as_far():
             "disparity times depth stays the same: half of one, twice the other.",
             same=(
                 ("^(it )?(shrinks?|is shrinking)$", "smaller"),
+                ("(2|two)[ -]?(times|x|fold)", "twice"),
+                ("(4|four)[ -]?(times|x|fold)", "four times"),
                 ("(it )?(shrinks by|becomes|gets) .*(pixel|px|mm).*", "shrinks by a fixed number"),
                 (
                     "(the |its |their )?product( of both)? (stays|is|remains) (the same|constant),? (so|hence|therefore),?",
@@ -51,7 +54,7 @@ def _twice_as_far():
                 ),
                 (r"[(]?(when|if|while|as)? ?(z|the depth|depth|the distance) (doubles|is doubled)[)]?", ""),
                 (
-                    f"(it )?halves twice|{SMALLER} (by|to) a factor( of)? (4|four)|(is )?divided by (4|four)",
+                    f"(it )?halves twice|(gets |is |becomes )?four times {LESS}|{SMALLER} (by )?four times|{SMALLER} (by|to) a factor( of)? (4|four)|(by )?a factor( of)? (4|four) {LESS}|(is )?divided by (4|four)",
                     "quarters",
                 ),
                 (f"{SMALLER} by (the same|a fixed|a constant|an equal) amount", "shrinks by a fixed number"),
@@ -59,13 +62,13 @@ def _twice_as_far():
                     f"half as (large|big|much|far|wide)|(is )?inversely proportional|{SMALLER} (by|to) (half|a factor( of)? (2|two))|halve|(gets |is |becomes |goes )?(to |down to )?(halved|halfs|half)( of it)?|(is )?(divide[sd]? by|cut in) (2|two)|(only|just) half|[dδ]? ?[/:÷] ?2|1/2|0.5|50 ?(%|percent)( smaller| less)?",
                     "halves",
                 ),
-                ("(a |one )?quarter|four times smaller|1/4|0.25", "quarters"),
+                ("(a |one )?quarter|1/4|0.25", "quarters"),
                 (
-                    "(gets |is |becomes )?(twice (as (small|short|little|narrow)|less)|(two|2) times (smaller|shorter|less|narrower))",
+                    f"(gets |is |becomes )?twice {LESS}|{SMALLER} (by )?twice|(by )?a factor( of)? (2|two) {LESS}",
                     "halves",
                 ),
                 (
-                    "doubled?|twice( as (large|big|much|far))?|two times( larger| bigger)?|2x|times 2|(is |gets )?(multiplied|multiplies) by (2|two)",
+                    "doubled?|twice( as (large|big|much|far|long|wide)| larger| bigger)?|times 2|(is |gets )?(multiplied|multiplies) by (2|two)",
                     "doubles",
                 ),
                 ("(stays )?(the )?same|constant|nothing|no change|unchanged|(does not|doesn't) change", "stays"),
@@ -225,6 +228,8 @@ def _unknowns():
                 (r"(as|one|1|a sample|an equation)( many| sample| equation)? (as|for|per) (there are )?(each |every )?(of )?(unknowns?|parameters?|m, ?n,? ?(and )?c\b)( numbers?)?( there are)?", "yes. How many are they: which letters of Eq. 4 are neither Z nor d?"),
                 (r"(3|three)\W+((for )?m, ?n,? ?(and )?c\)?|one (for|per) (each )?unknown)|m, ?n,? ?(and )?c\W+(3|three)", "so many, yes. Write the number alone."),
                 (r"(3|three) (\w+ )?(per|each|for (each|every)|times|squared|cubed|(are|is) (too|not)|too few)\b.*", "each sample gives one equation. How many numbers of Eq. 4 are unknown? So many samples in all: write the number alone."),
+                (r"(no|not|never) (less|fewer|lower|smaller) than (3|three)( samples)?|(3|three)( samples)? and (more|up)", "so many, yes. Write the number alone."),
+                (r"(>|more than|over|above) ?(2|two)( samples)?", "and which is the smallest of such numbers? Write it alone."),
                 (r"(at most|up to|no more than|fewer than|less than|not more than|[<≤]|>(?!=)).*", "more are welcome: they make the fit better. How many does Eq. 4 need at least?"),
                 (r"(as )?(many|more|all|every)(?!.*three)\D*", "more samples make the fit better. How many does Eq. 4 need at least?"),
             ),
@@ -327,6 +332,8 @@ def _wider(baseline, focal):
             "twice the baseline. What it costs: near things fall out of one of the two pictures.",
             known={"calibration.baseline_mm": baseline, "calibration.focal_px": focal, "2": 2},
             beside=(
+                ("(an?|the)? ?(much )?(wider|longer|larger|bigger)( (one|baseline))?|(a |the )?(one|baseline)", "how wide? Work out what becomes of B where half of the error is to be left, and write it in mm."),
+                (r"(the |a )?(one|baseline) \D*(twice|two times|double)\D*|twice (this|that) one", "work it out, and write one number in mm."),
                 ("(a (little|bit) )?(more than|over|above|>).*", "wider still leaves less than half of the error. Which baseline leaves just half of it?"),
                 (r"\d\d[\d.]* times", "so many times as wide? The baseline itself is asked for: write it in mm."),
                 ("(2|two) ?([x×*]|times) .*|.*([x×*]|times) ?(2|two)", "work it out, and write one number in mm."),
