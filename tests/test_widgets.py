@@ -124,6 +124,19 @@ def test_fewer_than_three_samples_is_a_sentence():
     assert "choose three" in panel.text.value
 
 
+def test_samples_that_no_curve_comes_near_are_drawn_all_the_same():
+    """The second rig's, where the paper's way takes a poster for the ball: every choice of three gives a picture of its own."""
+    panel = widgets.depth_samples([129, 70, 467, 91, 56, 46], [520, 984, 1680, 752, 1216, 1449])
+    assert bytes(panel.picture.value).startswith(b"\xff\xd8")
+    assert "Eq. 4: " in panel.text.value and "a/(d-d0)+c: no such curve" in panel.text.value
+    drawn = set()
+    for three in itertools.combinations(range(6), 3):
+        for k in range(6):
+            panel.control(f"sample_{k}").value = k in three
+        drawn.add(bytes(panel.picture.value))
+    assert len(drawn) == 20
+
+
 def test_bad_arguments_are_named():
     with pytest.raises(StereoLabError, match="baseline_mm"):
         widgets.ball_against_disparity(-1.0, 690.0, 40.0)

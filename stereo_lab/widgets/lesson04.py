@@ -64,7 +64,11 @@ def depth_samples(disparity_px_N: ArrayLike, depth_mm_N: ArrayLike) -> Panel:
             return view, "Eq. 4 has three unknown numbers: choose three samples or more."
         span, said = np.linspace(0.9 * d.min(), 1.1 * d.max(), 120), []
         for model, color, name in ((PaperDepth, BLUE, "Eq. 4"), (OffsetDepth, VERMILION, "a/(d-d0)+c")):
-            fit = model.fit(d[chosen], depth[chosen])
+            try:
+                fit = model.fit(d[chosen], depth[chosen])
+            except StereoLabError:  # another thing's disparity among the samples, or one twice
+                said.append(f"{name}: no such curve comes near the chosen samples")
+                continue
             told = fit.predict(span)
             ahead = np.isfinite(told)  # at d0 and below it tells nothing
             line = np.array([to_px(a, b) for a, b in zip(span[ahead], told[ahead], strict=True)])
