@@ -90,3 +90,4 @@ def test_the_page_tells_what_is_missing():
     assert more.split()[:2] == ["3", "samples"]
     assert first.split() == ["Hough", "circle", "12.3", "-", "3.0", "4.0", "5.0", "(3", "of", "16", "left", "out)"]
     assert second.split() == ["cone", "1.0", "2.0", "3.0", "4.0", "5.0"]
+    assert grid.rows() == ["Hough circle\n(3 of 16 left out)", "cone"]

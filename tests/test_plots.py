@@ -88,6 +88,9 @@ CALLS = {
         np.array([[1.0, np.nan], [30.0, 2.0]]), ["a", "b"], ["c, d", "e"], "A title", ax
     ),
     "depth_terms": lambda ax: plots.depth_terms(UP, [("m/d", DOWN), ("c", UP)], "A title", ax),
+    "beams_cross": lambda ax: plots.beams_cross(
+        120.0, [("near", [(3, 0), (4, 1), (6, 0), (4, -1)]), ("far", [(6, 0), (8, 2), (15, 0), (8, -2)])], "A title", ax
+    ),
     "error_band": lambda ax: plots.error_band(UP, DOWN, UP, 0.1 * UP, "A title", ax),
     "error_of_baseline": lambda ax: plots.error_of_baseline(
         UP, [("at 2 m", DOWN), ("at 1 m", DOWN / 4)], 3.0, "A title", ax

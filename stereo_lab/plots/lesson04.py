@@ -11,7 +11,15 @@ from numpy.typing import ArrayLike
 
 from stereo_lab.plots.base import BLACK, BLUE, GREEN, ORANGE, VERMILION
 
-__all__ = ["depth_curves", "depth_terms", "error_band", "error_grid", "error_of_baseline", "similar_triangles"]
+__all__ = [
+    "beams_cross",
+    "depth_curves",
+    "depth_terms",
+    "error_band",
+    "error_grid",
+    "error_of_baseline",
+    "similar_triangles",
+]
 
 
 def similar_triangles(
@@ -81,21 +89,48 @@ def depth_curves(
 
 def depth_terms(d_px: np.ndarray, terms: Sequence[tuple[str, np.ndarray]], title: str, ax: Axes | None = None) -> Axes:
     """The terms of Eq. 4 on their own: a list of (name, values in mm)."""
-    ax, k = ax or plt.gca(), len(d_px) // 3  # where the names stand
-    for (name, values), (color, dash) in zip(terms, ((BLUE, "-"), (VERMILION, "--"), (GREEN, "-.")), strict=False):
+    ax = ax or plt.gca()
+    places = (0.1, 0.75, 0.5)  # of the names, each on its own line and on a patch of white: no line strikes one through
+    looks = ((BLUE, "-"), (VERMILION, "--"), (GREEN, "-."))
+    for (name, values), (color, dash), place in zip(terms, looks, places, strict=False):
+        k = int(place * len(d_px))
         ax.plot(d_px, values, dash, color=color, linewidth=2)
-        ax.annotate(
-            name,
-            (d_px[k], values[k]),
-            xytext=(4, 7 if values[k] > 0 else -14),
-            textcoords="offset points",
-            color=color,
-            weight="bold",
-        )
-    ax.margins(y=0.1)  # room for a name below the lowest line
+        ax.text(
+            d_px[k], values[k], name, ha="center", va="center", color=color, weight="bold", zorder=5,
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 4},
+        )  # fmt: skip
+    ax.margins(y=0.1)  # room for a name on the lowest line
     ax.axhline(0, color=BLACK, linewidth=1)
     ax.set_xlabel("disparity d (px)")
     ax.set_ylabel("part of the depth (mm)")
+    ax.set_title(title)
+    return ax
+
+
+def beams_cross(
+    baseline_mm: float, crossings: Sequence[tuple[str, ArrayLike]], title: str, ax: Axes | None = None
+) -> Axes:
+    """Two cameras from above, and where the beams of two pixels cross, to one scale.
+
+    ``crossings`` is a list of (name, corners): depth and x of the nearest corner, of the one at the right edges of both
+    beams, of the farthest, and of the one at the left edges, shape (4, 2), mm.
+    """
+    ax = ax or plt.gca()
+    for (name, corners), color in zip(crossings, (VERMILION, ORANGE), strict=False):
+        _, right, _, left = rim = np.asarray(corners, float)
+        for lens_x in (-baseline_mm / 2, baseline_mm / 2):
+            for edge in (right, left):
+                ax.plot([0, edge[0]], [lens_x, edge[1]], ":", color=BLACK, linewidth=1.2)
+        ax.fill(*rim.T, facecolor=color, edgecolor=BLACK, linewidth=1.2)
+        ax.text(left[0], -0.65 * baseline_mm, name, ha="center", va="center", fontsize=13)  # where no beam runs
+    for side, name, color in ((-1, "left camera", BLUE), (1, "right camera", GREEN)):
+        ax.plot(0, side * baseline_mm / 2, ">", color=color, markersize=14)
+        ax.text(0, side * 0.72 * baseline_mm, name, ha="center", va="center", fontsize=13)
+    ax.set_aspect("equal")
+    ax.margins(x=0.02)
+    ax.set(xlim=(-0.8 * baseline_mm, None), ylim=(-0.9 * baseline_mm, 0.9 * baseline_mm))
+    ax.set_xlabel("depth (mm)")
+    ax.set_ylabel("x (mm)")
     ax.set_title(title)
     return ax
 

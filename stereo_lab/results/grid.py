@@ -44,6 +44,13 @@ class DepthGrid:
     judged: int
     left_out: tuple[int, ...]
 
+    def rows(self) -> list[str]:
+        """The rows' names for a figure, with how many balls were left out below them."""
+        return [
+            f"{name}\n({count} of {self.judged} left out)" if count else name
+            for name, count in zip(self.pixels, self.left_out, strict=True)
+        ]
+
     def page(self) -> str:
         """The grid as text."""
         wide = max(map(len, self.pixels)) + 1
