@@ -176,6 +176,45 @@ def test_a_ball_is_located_with_a_calibration_from_elsewhere(bench, taken_over, 
     assert "nothing to draw" in capsys.readouterr().err and not (taken_over.path / "c.html").exists()
 
 
+def exchanged(recording):
+    for name in ("position", "depth"):
+        left, right, aside = (recording.path / name / side for side in ("left", "right", "aside"))
+        left.rename(aside), right.rename(left), aside.rename(right)
+
+
+def shuffled(recording):
+    for name in ("position", "depth"):
+        table = recording.path / name / "measured.csv"
+        head, *lines = table.read_text().splitlines()
+        names, *places = zip(*(line.split(",") for line in lines), strict=True)
+        moved = [column[k + 1 :] + column[: k + 1] for k, column in enumerate(places)]
+        table.write_text("\n".join([head, *(",".join(row) for row in zip(names, *moved, strict=True)), ""]))
+
+
+def larger_ball(recording):
+    path = recording.path / "recording.json"
+    facts = json.loads(path.read_text())
+    path.write_text(json.dumps(facts | {"ball": {"color": "red", "diameter_mm": 65}}))
+
+
+@pytest.mark.parametrize(("spoil", "name"), [
+    (exchanged, "sides_swapped"), (larger_ball, "ball_diameter"), (shuffled, "table_unfit"),
+])  # fmt: skip
+def test_faults_of_balls_are_told_by_cameras_from_elsewhere(taken_over, spoil, name):
+    """Nobody tells how exact these cameras are; that excuses no fault as large as these."""
+    assert check_recording(taken_over).verdict == "clean"
+    spoil(taken_over)
+    finding = check_recording(open_recording(taken_over.path)).findings[0]
+    assert (finding.name, finding.severity) == (name, "stops")
+
+
+def test_no_folder_is_swapped_where_no_boards_tell_the_sides(taken_over, capsys):
+    before = {path: path.read_bytes() for path in taken_over.path.rglob("*.jpg")}
+    assert cli.main(["calibrate", str(taken_over.path), "--swap"]) == 2
+    assert "no pictures of boards" in capsys.readouterr().err
+    assert {path: path.read_bytes() for path in taken_over.path.rglob("*.jpg")} == before
+
+
 def test_boards_win_over_a_calibration_from_elsewhere(bench, files, tmp_path, capsys):
     assert cli.main(["import", "--calibration", str(files[0]), "--out", str(bench.path)]) == 2
     assert "has boards of its own" in capsys.readouterr().err

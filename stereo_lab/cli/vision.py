@@ -11,6 +11,7 @@ from pathlib import Path
 
 from stereo_lab.cli.options import Add, add_json, add_recording, whole
 from stereo_lab.cli.terminal import BAD_INPUT, OK, WANTING, Progress, write_json_option
+from stereo_lab.common.files import typed
 from stereo_lab.common.packages import to_install
 from stereo_lab.errors import RecordingError, StereoLabError, SwappedSidesError
 
@@ -134,6 +135,11 @@ def _swapped(recording):
     from stereo_lab.recording import swap_sides
 
     boards = boards_of(recording)
+    if "calibration" not in boards.sets:
+        raise StereoLabError(
+            f"{boards.path} has no pictures of boards, so nothing tells which side is which, and nothing was renamed. Where "
+            f"left and right are exchanged says: stereo-lab check {typed(recording.path)}"
+        )
     theirs = [recording] if boards.path == recording.path else [boards, recording]
     alone = swap_sides(*theirs)
     named = " and ".join(str(each.path) for each in theirs)

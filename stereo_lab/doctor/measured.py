@@ -209,7 +209,8 @@ def _fits_nowhere(placed, belongs, clean):
     """Whether most lines do not fit, those left aside that stand beside each other's pictures."""
     rest = np.delete(placed.off, list(belongs))
     cost = placed.cost - 3 * len(belongs)
-    return len(rest) < FEWEST or cost > UNFIT * len(rest) and np.percentile(rest, 75) > max(WRONG_MM, clean)
+    bad = max(WRONG_MM, clean) if np.isfinite(clean) else WRONG_MM  # cameras of which nobody tells how exact they are
+    return len(rest) < FEWEST or cost > UNFIT * len(rest) and np.percentile(rest, 75) > bad
 
 
 def _how_far_off(best, seen, wrong):

@@ -191,7 +191,7 @@ def uncrossed_samples(
 
 
 def sides_told(recording: Recording, exchanged: dict[str, bool], swapped: bool) -> list[Finding]:
-    """What is said where left and right are exchanged in some sets, and not in all.
+    """What is said where left and right are exchanged in some sets, and not in all; or, by cameras of elsewhere, in any.
 
     Parameters
     ----------
@@ -201,11 +201,15 @@ def sides_told(recording: Recording, exchanged: dict[str, bool], swapped: bool) 
     """
     there = {**({"calibration": swapped} if "calibration" in recording.sets else {}), **exchanged}
     wrong, right = ([name for name, is_wrong in there.items() if is_wrong is which] for which in (True, False))
-    if not wrong or not right:
+    elsewhere = "calibration" not in recording.sets and not swapped  # cameras that are known, and stand rightly
+    if not wrong or not (right or elsewhere):
         return []
-    says = (
-        f"In the {listed('set', wrong)} left and right are exchanged, and in the {listed('set', right)} they are not."
+    others = (
+        f", and in the {listed('set', right)} they are not"
+        if right
+        else ", by the calibration, whose boards are elsewhere"
     )
+    says = f"In the {listed('set', wrong)} left and right are exchanged{others}."
     files = tuple(f"{name}/{pair.name}" for name in wrong for pair in recording.pairs(name))
     return [Finding("sides_swapped", says, ADVICE["set_swapped"], files, severity=STOPS)]
 

@@ -18,6 +18,7 @@ from stereo_lab.recording.bounds import PLAUSIBLE_BASELINE_MM, UNIT_NAMES, told_
 
 SCALE_SURE = 3.5  # standard deviations
 RULER_SCALE = 0.001  # to which a ruler is true
+LEAST_NEAR = 4  # places that fit, for any scale to be told
 SIZE_SURE, SIZE_PART = 4.0, 0.08  # a ball's size is told to this part of it: rims are soft
 BALLS_MM = (10.0, 400.0)  # from a marble to a gymnastics ball
 MOST_REACH = 4.0  # times the farthest place: no arm for this bench reaches farther
@@ -56,7 +57,7 @@ def scale_by_ruler(points: np.ndarray, best: Mistake, deep: np.ndarray, known: f
     known : float, the part of themselves to which the cameras know depths
     """
     near = best.placed.off < WRONG_MM
-    if near.sum() < 4:
+    if near.sum() < LEAST_NEAR:
         return best.placed.scale, np.inf
     a, bench = points[near], (best.table * [1, 1, -1])[near]
     rotation, _ = kabsch(a, bench)
@@ -125,7 +126,9 @@ def scales_told(
             f"{recording.ball.diameter_mm / by_ball:.1f} mm wide: square_mm is in {unit}, and the measured places as well."
         )
         return [Finding("square_unit", says, ADVICE["square_unit"], (), abs(1 - 1 / by_ball) * calibration.depth_mm)]
-    if ball_off and np.isfinite(sigma):
+    if (
+        ball_off and (best.placed.off < WRONG_MM).sum() >= LEAST_NEAR
+    ):  # also by cameras of which nobody tells how exact they are
         says = f"The ball looks {recording.ball.diameter_mm / by_ball:.1f} mm wide, and recording.json says {recording.ball.diameter_mm:g}."
         lost = abs(by_ball - 1) > SIZE  # then no two balls are taken for one any more
         return [
