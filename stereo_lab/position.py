@@ -20,6 +20,7 @@ STILL = 1e-6  # radians, and mm: a step so small ends a fit
 TINY = 1e-9  # keeps the equations solvable where a fit needs every sample
 HUBER = 2.5  # standard deviations beyond which a sample counts less
 BESIDE = 3.0  # standard deviations: samples that lie beside one line by less, RMS, do not tell the turn about it
+ANOTHER_UNIT = 0.2  # times as far from each other as the cameras see them: no ruler is that far off
 TO_BENCH = np.diag([1.0, -1.0, -1.0])  # right, down, forward to x right, y up, and less depth
 WRONG_WAY_DEG = 60.0  # no bench is turned more than this from there
 
@@ -105,7 +106,7 @@ class RigidFit:
         if not (np.isfinite(sigma).all() and (sigma > 0).all()):
             raise StereoLabError("Standard deviations of points must be numbers above zero.")
         if _on_one_line(camera, bench, 0 * sigma if sigma_Nx3 is None else sigma):
-            raise StereoLabError("All samples lie on one line: move the ball sideways as well as in depth.")
+            raise StereoLabError(_why_on_one_line(camera, bench))
         samples, pose = (camera, bench, sigma), (*kabsch(camera, bench), 1.0)
         for _ in range(STEPS):
             gain, variance, away = _gain(*samples, *pose, free_scale)
@@ -154,6 +155,17 @@ def _on_one_line(camera, bench, sigma):
     unsure = np.median(np.sqrt(sigma**2 @ (1 - along**2)))  # of each sample, across the line
     spreads = (np.linalg.svd(points - points.mean(0), compute_uv=False) for points in (camera, bench))
     return any(s[1] <= max(1e-3 * s[0], BESIDE * unsure * np.sqrt(len(camera))) for s in spreads)
+
+
+def _why_on_one_line(camera, bench):
+    """That all samples lie on one line, and what to do: places in metres lie so near together that they seem to."""
+    seen, told = (np.linalg.norm(np.ptp(points, axis=0)) for points in (camera, bench))
+    if 0 < told < ANOTHER_UNIT * seen:
+        return (
+            f"The measured places lie within {told:.2g} mm of each other, and the cameras see {seen:.0f} mm between them: are they in "
+            "metres or centimetres? Write them in millimetres."
+        )
+    return "All samples lie on one line: move the ball sideways as well as in depth."
 
 
 def _downhill(samples, pose, step):

@@ -384,3 +384,6 @@ def test_what_is_missing_for_a_place_is_said(bench, tmp_path, capsys):
     assert main(["demo", str(mine)]) == 2 and "has no rows" in capsys.readouterr().err
     table.unlink()
     assert main(["demo", str(mine)]) == 0 and "position/measured.csv is missing" in capsys.readouterr().out
+    shutil.copy(bench.path / "position" / "measured.csv", table)
+    (table.parent / "left").rename(table.parent / "lefts")  # they are there, and not read: that is to be mended
+    assert main(["demo", str(mine)]) == 1 and "here: position/left is missing. The folder" in capsys.readouterr().out

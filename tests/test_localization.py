@@ -469,7 +469,12 @@ def test_a_run_on_a_spoilt_recording_says_that_the_recording_is_at_fault(tmp_pat
     folder = tmp_path / "rig"
     shutil.copytree(ROOT / "data" / "second_rig", folder, ignore=shutil.ignore_patterns("truth.json"))
     spoil(folder / name)
-    told = report.sentences(evaluation.evaluate(open_recording(folder)))
+    results = evaluation.evaluate(open_recording(folder))
+    told, page = report.sentences(results), report.page(results)
+    assert (page.find(says or "no such sentence") == 0) == (
+        name == "evaluation"
+    )  # before the table, where no place can be believed
+    assert bool(report.warnings(results)) == (name == "evaluation")
     if says is None:
         assert not any("stereo-lab check" in sentence for sentence in told)
     else:
@@ -489,6 +494,21 @@ def test_what_the_papers_way_had_to_fit_on_judges_neither_way(tmp_path):
     assert judges["paper"] == judges["cone"] and "depth/004" not in judges["cone"]
     assert np.abs(results.errors("paper", "volume")[0][:, 2]).min() > 0.1
     assert any("stand in, and judge nothing: depth/004." in sentence for sentence in report.sentences(results))
+
+
+def test_what_does_not_belong_to_a_recording_is_refused_by_its_fit(bench, bench_calibration):
+    other = replace(bench_calibration, image_size=(1280, 720))
+    with pytest.raises(StereoLabError, match="is for pictures of 1280x720 pixels; those of .* are 640x480"):
+        Localizer.fit(bench, calibration=other)
+    for wrong in (["000"], bench.samples("position")[0], 3):
+        with pytest.raises(StereoLabError, match="leave_out: expected a list of samples"):
+            Localizer.fit(bench, calibration=bench_calibration, leave_out=wrong)
+
+
+def test_places_in_metres_are_asked_for_their_unit():
+    camera = np.array([[0, 0, 900], [200, 0, 900], [0, 150, 1000], [200, 150, 1400]], float)
+    with pytest.raises(StereoLabError, match="are they in metres or centimetres"):
+        RigidFit.fit(camera, camera * [1, -1, -1] / 1000, np.full((4, 3), 0.6))
 
 
 def test_what_is_no_pair_of_detections_is_refused(bench, by_cone, by_paper):

@@ -135,7 +135,11 @@ def check_sides(rig: Rig) -> None:
     step = -rig.rotation.T @ rig.translation  # where the right camera stands, in the left one's frame
     across, down, _ = np.eye(3) + rig.rotation
     if abs(step @ down) > abs(step @ across):
-        raise CalibrationError("One camera stands above the other. Put them side by side.", fault="one_above_the_other")
+        raise CalibrationError(
+            "One camera stands above the other, or all pictures are turned by a quarter. Put the cameras side by side, or turn the "
+            "pictures back: `stereo-lab check` says which way.",
+            fault="one_above_the_other",
+        )
     if step @ across < 0:
         raise SwappedSidesError(
             "Left and right are swapped: the camera called right stands to the left of the other. "

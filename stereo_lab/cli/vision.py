@@ -89,7 +89,7 @@ def add_to(add: Add) -> None:
 
 
 def run_demo(options: argparse.Namespace) -> int:
-    """Run the whole chain on a recording and write its report; WANTING where the calibration is poor."""
+    """Run the whole chain on a recording and write its report; WANTING where the calibration is poor, or the places mislead."""
     os.environ.setdefault("MPLBACKEND", "agg")  # figures go to a file: no window is needed, nor a screen
     from stereo_lab.recording import open_recording
     from stereo_lab.results import report
@@ -104,7 +104,7 @@ def run_demo(options: argparse.Namespace) -> int:
     report.write(results, options.report)
     print(f"\nThe pictures of this run: {Path(options.report).resolve()}")
     write_json_option(options.json, results.facts())
-    return WANTING if results.calibration.verdict == "poor" else OK
+    return WANTING if results.calibration.verdict == "poor" or report.warnings(results) else OK
 
 
 def run_calibrate(options: argparse.Namespace) -> int:

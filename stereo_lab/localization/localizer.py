@@ -85,7 +85,13 @@ class Localizer:
                 "Expected a calibration, as calibrate_stereo or StereoCalibration.load gives it; "
                 f"got {reprlib.repr(calibration)}."
             )
-        kept_back = {sample.pair for sample in leave_out}
+        if tuple(calibration.image_size) != tuple(recording.image_size):
+            (width, height), (wide, high) = calibration.image_size, recording.image_size
+            raise StereoLabError(
+                f"This calibration is for pictures of {width}x{height} pixels; those of {recording.title} are {wide}x{high}. Take "
+                "the recording's own, or calibrate these cameras at this size."
+            )
+        kept_back = {sample.pair for sample in _samples_of(leave_out)}
         samples = {
             name: [s for s in recording.samples(name) if s.pair not in kept_back] for name in ("position", "depth")
         }
@@ -169,6 +175,20 @@ class Localizer:
         """Two detections of one ball, in raw pixels, to a place on the bench: Position, or None."""
         _must_be_pair((left, right))
         return self.way.position(left, right)
+
+
+def _samples_of(leave_out):
+    """The samples to leave out; what holds none is refused: names, or a single one."""
+    try:
+        chosen = list(leave_out)
+    except TypeError:
+        chosen = [None]
+    if not all(isinstance(sample, Sample) for sample in chosen):
+        raise StereoLabError(
+            "leave_out: expected a list of samples, as recording.samples or recording.judges gives them; "
+            f"got {reprlib.repr(leave_out)}."
+        )
+    return chosen
 
 
 def _must_be_pair(pair):

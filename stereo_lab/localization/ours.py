@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stereo_lab.calibration import StereoCalibration
+from stereo_lab.common.files import typed
 from stereo_lab.detection import HUES, BallColor, BallDetector, Detection
 from stereo_lab.errors import CalibrationError, StereoLabError
 from stereo_lab.localization.background import backgrounds_of
@@ -205,6 +206,6 @@ def _check_rows(recording, calibration, detectors, samples):
     if len(off) >= 3 and np.median(off) > ROW_PX:
         raise CalibrationError(
             f"The calibration does not fit these pictures: both cameras see the ball, but on rows {np.median(off):.0f} px "
-            "apart. It was made with other cameras, they moved since, or left and right are exchanged in some sets: stereo-lab check "
-            f"{recording.path} says which."
+            "apart. It was made with other cameras, they moved since, or left and right are exchanged in some sets. Is it this recording's "
+            f"own? Then stereo-lab check {typed(recording.path)} says which. Else use the recording's own."
         )

@@ -177,7 +177,7 @@ def evaluate(
     clutter = clutter_of(recording)
     if clutter is not None:
         results.clutter = _clutter(clutter, calibration, report, cores)
-    missing = [f"{name}/measured.csv" for name in ("position", "depth") if not recording.has_samples(name)]
+    missing = [_what_is_missing(recording, name) for name in ("position", "depth") if not recording.has_samples(name)]
     if missing:
         verb = "is" if len(missing) == 1 else "are"
         results.failed["cone"] = (
@@ -194,6 +194,11 @@ def evaluate(
         results.localizers["cone"] = Localizer.fit(recording, "cone", calibration, leave_out=judges)
         _evaluate_poses(results, judges, report)
     return results
+
+
+def _what_is_missing(recording, name):
+    """Of a set without samples: its table, or its pictures where the table is there."""
+    return f"{name}/{'left' if (recording.path / name / 'measured.csv').is_file() else 'measured.csv'}"
 
 
 def _snaps(recording, calibration, report):

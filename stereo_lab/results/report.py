@@ -13,8 +13,9 @@ from stereo_lab.calibration import StereoCalibration, depth_map, where_to_hold
 from stereo_lab.common.files import write_whole
 from stereo_lab.errors import CalibrationError
 from stereo_lab.localization.doubt import FAR_OFF, far_off
-from stereo_lab.localization.localizer import first_of, where_to_look
+from stereo_lab.localization.localizer import MOST_UNLIKE, first_of, where_to_look
 from stereo_lab.recording import Recording
+from stereo_lab.recording.strays import strays
 from stereo_lab.results.evaluation import Results
 from stereo_lab.results.figures import FIGURES
 
@@ -66,8 +67,23 @@ def _evaluation_rows(facts):
     return table
 
 
+def warnings(results: Results) -> list[str]:
+    """What keeps the places from being believed, in plain sentences; none where most of them may be.
+
+    That a recording has no measured balls is none, unless they are there under a name that is not read.
+    """
+    if "cone" in results.failed:
+        return [results.failed["cone"]] if strays(results.recording.path) else []
+    ours, judged = results.localizers["cone"], results.found["cone"]
+    missed, unlike = [sample for sample, place in judged if place is None], _far_off(judged)
+    said = ours.doubts if ours.misleads else []
+    if max(len(missed), len(unlike)) > MOST_UNLIKE * len(judged):
+        said = [*said, *_missed_told(missed, judged), *_far_off_told(unlike, judged)]
+    return said
+
+
 def page(results: Results) -> str:
-    """The table as text, and what it says in words."""
+    """The table as text, and what it says in words; what keeps it from being believed stands before it."""
     table = [("", "paper", "its method here", "ours"), *rows(results)]
     widths = [max(len(row[k]) for row in table) for k in range(4)]
     lines = [
@@ -75,7 +91,8 @@ def page(results: Results) -> str:
         for row in table
     ]
     lines.insert(1, "-" * len(lines[0]))
-    return "\n".join([*lines, "", *sentences(results)])
+    first = warnings(results)
+    return "\n".join([*first, *([""] if first else []), *lines, "", *(s for s in sentences(results) if s not in first)])
 
 
 def sentences(results: Results) -> list[str]:
@@ -127,18 +144,24 @@ def _doubts(results, unlike):
             f"{first_of(lost)}."
         )
     judged = results.found.get("cone", [])
-    missed = [s.pair.full_name for s, place in judged if place is None]
-    if missed:
-        said.append(
-            f"In {len(missed)} of {len(judged)} pairs that judge the two cameras show no ball in one place: {first_of(missed)}."
-        )
-    if unlike:
-        verb = "is" if len(unlike) == 1 else "are"
-        said.append(
-            f"{len(unlike)} of {len(judged)} places {verb} off by more than {FAR_OFF:.0f} times what cameras and ruler leave in "
-            f"doubt, the worst by {max(unlike.values()):.0f} times: {first_of(list(unlike))}."
-        )
+    said += _missed_told([s for s, place in judged if place is None], judged) + _far_off_told(unlike, judged)
     return [*said, where_to_look(results.recording)] if said else []
+
+
+def _missed_told(missed, judged):
+    names = first_of([sample.pair.full_name for sample in missed])
+    says = f"In {len(missed)} of {len(judged)} pairs that judge the two cameras show no ball in one place: {names}."
+    return [says] if missed else []
+
+
+def _far_off_told(unlike, judged):
+    if not unlike:
+        return []
+    verb = "is" if len(unlike) == 1 else "are"
+    return [
+        f"{len(unlike)} of {len(judged)} places {verb} off by more than {FAR_OFF:.0f} times what cameras and ruler leave in "
+        f"doubt, the worst by {max(unlike.values()):.0f} times: {first_of(list(unlike))}."
+    ]
 
 
 def _far_off(found):
@@ -152,8 +175,14 @@ def write(results: Results, path: str | Path) -> None:
     """Write the report: one HTML file with the paper's figures 2, 4, 5, 8 and 9 drawn from this run."""
     sections = [section(figure.draw(results), figure.caption) for figure in FIGURES if figure.fits(results)]
     cells = "".join("<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in row) + "</tr>" for row in rows(results))
-    words = "".join(f"<p>{html.escape(s)}</p>" for s in sentences(results))
-    body = DEMO.format(kind=kind_of(results.recording), rows=cells, words=words, figures="".join(sections))
+    first = warnings(results)
+    before, words = (
+        "".join(f"<p>{html.escape(s)}</p>" for s in some)
+        for some in (first, [s for s in sentences(results) if s not in first])
+    )
+    body = DEMO.format(
+        kind=kind_of(results.recording), before=before, rows=cells, words=words, figures="".join(sections)
+    )
     write_whole(path, PAGE.format(title=html.escape(results.recording.title), body=body))
 
 
@@ -163,7 +192,7 @@ table{{border-collapse:collapse}}td,th{{padding:.25em .8em;border-bottom:1px sol
 td:first-child,th:first-child{{text-align:left}}img{{max-width:100%}}figure{{margin:2em 0}}</style>
 <h1>{title}</h1>{body}</html>
 """
-DEMO = """<p>This is a {kind}.</p>
+DEMO = """<p>This is a {kind}.</p>{before}
 <table><tr><th></th><th>paper</th><th>its method here</th><th>ours</th></tr>{rows}</table>{words}{figures}
 """
 
