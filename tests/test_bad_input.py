@@ -381,6 +381,39 @@ def test_what_lies_under_another_name_is_pointed_at(small, old, new, says):
         assert [str(small / new) in told and says in told for told in strays(small)] == [True]
 
 
+def test_what_is_missing_is_looked_for_beside_it_first(small, capsys):
+    """A table, boards that come before balls, and pictures of a folder that is named by itself."""
+    (small / "calibration" / "left").mkdir(parents=True)
+    (small / "calibration" / "left" / "000.webp").touch()
+    for side in ("left", "right"):
+        for picture in (small / "position" / side).iterdir():
+            picture.rename(picture.with_suffix(".webp"))
+    said = refused(capsys, "calibrate", small)
+    assert (
+        f"{small / 'calibration' / 'left'} holds no pictures" in said
+        and f"{small / 'calibration' / 'left' / '000.webp'} is" in said
+    )
+    with pytest.raises(RecordingError, match=r"position.left.000\.webp is not read"):
+        open_recording(small).pairs("position")
+    assert "There is 000.webp: name these files themselves" in refused(capsys, "detect", small / "position" / "left")
+
+
+def test_a_table_of_another_kind_is_told_in_python_too(small):
+    (small / "position" / "measured.csv").rename(small / "position" / "measured.xlsx")
+    with pytest.raises(RecordingError, match=r"is missing\. .*measured\.xlsx is not read"):
+        open_recording(small).samples("position")
+
+
+def test_both_halves_that_are_missing_are_told_at_once(small):
+    pictures = small / "position"
+    for name in ("007", "008"):
+        for side in ("left", "right"):
+            shutil.copy(pictures / "left" / "000.jpg", pictures / side / f"{name}.jpg")
+    (pictures / "left" / "007.jpg").unlink(), (pictures / "right" / "008.jpg").unlink()
+    with pytest.raises(RecordingError, match=r"left has no picture 007\.jpg, and .*right has no picture 008\.jpg"):
+        open_recording(small).pairs("position")
+
+
 def test_names_of_ones_own_are_left_alone(small):
     """Sets that nobody knows, notes beside the pictures, a second table, a folder of anything."""
     shutil.copytree(small / "position", small / "red")

@@ -15,13 +15,15 @@ from stereo_lab.calibration import StereoCalibration, calibrate_stereo, match_or
 from stereo_lab.calibration.cameras import ARRAYS
 from stereo_lab.calibration.corners import _neighbours, find_corners
 from stereo_lab.calibration.recipe import calibrate_views
-from stereo_lab.calibration.refusals import check_two_cameras
+from stereo_lab.calibration.refusals import check_sides, check_two_cameras
 from stereo_lab.calibration.saved import WORDS
 from stereo_lab.calibration.search import find_views
 from stereo_lab.calibration.verdict import GRADES
 from stereo_lab.calibration.views import View
+from stereo_lab.doctor.cameras import _corners
 from stereo_lab.errors import CalibrationError
 from stereo_lab.recording import Board, StereoPair, open_recording
+from stereo_lab.results.report import calibration_lines
 from tests.written import assert_as_written
 
 
@@ -401,6 +403,20 @@ def test_one_cameras_pictures_on_both_sides(bench):
     pairs = [replace(pair, right_path=pair.left_path) for pair in bench.pairs("calibration")[:6]]
     with pytest.raises(CalibrationError, match="same pictures"):
         calibrate_stereo(pairs, bench.board)
+
+
+def test_cameras_above_each_other_may_be_pictures_that_are_turned(bench_calibration):
+    above = replace(bench_calibration.rig, rotation=np.eye(3), translation=np.array([0.0, -65, 0]))
+    with pytest.raises(CalibrationError, match="or all pictures are turned by a quarter.*stereo-lab check"):
+        check_sides(above)
+
+
+def test_calibrate_and_check_count_the_same_corners_that_are_left_out(bench_calibration):
+    corners = tuple((f"{k:03d}", "left", 1.0, 2.0, off) for k, off in enumerate([7.1, 3.0, 1.2, 0.4, 0.3]))
+    spoilt = replace(bench_calibration, corners_left_out=corners)
+    assert any("and without 2 corners more, off by 0.30 px or more" in line for line in calibration_lines(spoilt))
+    (finding,) = _corners(spoilt)
+    assert "3 corners are wrong" in finding.says and "2 more are left out, off by 1 px or less" in finding.says
 
 
 def test_pairs_without_a_board_do_not_hide_those_with_one(bench, tmp_path):

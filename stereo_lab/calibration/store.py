@@ -165,8 +165,11 @@ def _user_path(key):
 
 
 def _key(recording):
+    pairs = recording.pairs(
+        "calibration"
+    )  # first: what is wrong with the boards comes before what is wrong with the balls
     digest = hashlib.sha256(f"solver {SOLVER} {asdict(recording.board)} {distance_mm(recording)}".encode())
-    for pair in recording.pairs("calibration"):
+    for pair in pairs:
         for path in (pair.left_path, pair.right_path):
             digest.update(pair.name.encode())
             digest.update(read_bytes(path) if path else b"")

@@ -179,6 +179,7 @@ def _files(word):
     """A file, or those of a pattern, which the Windows prompt hands on as it is, or of a folder."""
     from stereo_lab.recording.importing import matching
     from stereo_lab.recording.model import pictures_in
+    from stereo_lab.recording.strays import other_pictures_in
 
     if Path(word).is_dir():
         if there := pictures_in(Path(word)):
@@ -187,6 +188,9 @@ def _files(word):
             path for path in Path(word).glob("*/left") if path.is_dir() and path.parent.name != "calibration"
         )
         named = f" There are some in {within[0]}." if within else ""
+        if others := other_pictures_in(Path(word)):
+            kind = others[0].suffix
+            named = f" There is {others[0].name}: name these files themselves, {Path(word) / ('*' + kind)}, or save them as .jpg or .png."
         raise StereoLabError(f"There are no pictures (.jpg or .png) in the folder {word}.{named}")
     return matching(word) if not Path(word).exists() and set(word) & set("*?[") else [word]
 
@@ -303,6 +307,10 @@ def run_render(options: argparse.Namespace) -> int:
     rigs = sorted(p.stem for p in (folder / "rigs").glob("*.json"))
     if options.name not in rigs and not Path(options.name).is_file():
         raise StereoLabError(f"There is no rig {options.name!r}. Choose one of {', '.join(rigs)}, or name a rig file.")
+    if Path(options.name).name == "recording.json":
+        raise StereoLabError(
+            f"{options.name} tells of a recording; expected a rig, one of {', '.join(rigs)}, or a rig file."
+        )
     sys.path.insert(0, str(folder))
     try:
         import record

@@ -291,5 +291,7 @@ def _corners(calibration):
     files = tuple(dict.fromkeys(f"calibration/{name} {side}" for name, side, *_ in wrong))
     (name, side, u, v, off), count = wrong[0], len(wrong)
     says = f"{count} corner{'s are' if count > 1 else ' is'} wrong, the worst in calibration/{name}, {side}, at ({u:.0f}, {v:.0f}), by {off:.1f} px."
+    if rest := len(calibration.corners_left_out) - count:
+        says += f" {rest} more {'are' if rest > 1 else 'is'} left out, off by {WRONG_PX:g} px or less: farther than the scatter of the others explains."
     values = tuple((f"{n} {s}", o) for n, s, _, _, o in wrong)
     return [Finding("corners_wrong", says, ADVICE["corners_wrong"], files, 0.0, evidence=Evidence("px off", values))]

@@ -228,6 +228,6 @@ def _one_size(paths):
         if size != first:
             raise RecordingError(
                 f"{path} is {size[0]}x{size[1]} pixels and {paths[0]} is {first[0]}x{first[1]}: "
-                "all pictures of a recording have one size."
+                "all pictures of a recording have one size. Set both cameras to one size and take them again, or leave those of the other size out."
             )
     return first

@@ -117,7 +117,7 @@ class Recording:
         if not left:
             there = ", ".join(self.sets) or "none"
             raise RecordingError(
-                f"{folder / 'left'} holds no pictures (.jpg or .png). Sets in this recording: {there}.{told_of_strays(self.path)}",
+                f"{folder / 'left'} holds no pictures (.jpg or .png). Sets in this recording: {there}.{told_of_strays(self.path, folder)}",
                 fault="no_pictures",
             )
         right = pictures_in(folder / "right") if (folder / "right").is_dir() else {}
@@ -137,11 +137,13 @@ class Recording:
             If ``measured.csv`` is missing or has a line that cannot be used (the line is named).
         """
         pairs = {pair.name: pair for pair in self.pairs(set_name)}
-        rows = read_table(self.path / set_name / "measured.csv", ("name", "x_mm", "y_mm", "depth_mm"))
+        table = self.path / set_name / "measured.csv"
+        if not table.exists():
+            hint = told_of_strays(self.path, table.parent) or " Write one, with the columns name,x_mm,y_mm,depth_mm."
+            raise RecordingError(f"{table}, which tells where the ball was, is missing.{hint}")
+        rows = read_table(table, ("name", "x_mm", "y_mm", "depth_mm"))
         if not rows:
-            raise RecordingError(
-                f"{self.path / set_name / 'measured.csv'} has no rows: one is expected for each picture, name, x, y and depth."
-            )
+            raise RecordingError(f"{table} has no rows: one is expected for each picture, name, x, y and depth.")
         _check_thousands(rows)
         samples: list[Sample] = []
         for where, row in rows:
@@ -258,14 +260,14 @@ def _check_halves(folder, left, right):
             f"None has; left begins with {one}, right with {other}. Give both the same name.",
             fault="names_differ",
         )
+    told = []
     for side, have, other in (("left", left, right), ("right", right, left)):
         lost = [other[name].name for name in other if name not in have]
         if lost:
             more = f" and {len(lost) - 1} more" if len(lost) > 1 else ""
-            raise RecordingError(
-                f"{folder / side} has no picture {lost[0]}{more}: half of the pair is missing. {PUT_BACK}",
-                fault="half_missing",
-            )
+            told.append(f"{folder / side} has no picture {lost[0]}{more}")
+    if told:
+        raise RecordingError(f"{', and '.join(told)}: half of the pair is missing. {PUT_BACK}", fault="half_missing")
 
 
 def _find_pair(pairs, name, where):

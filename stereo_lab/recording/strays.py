@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
@@ -33,17 +34,24 @@ def strays(folder: Path) -> list[str]:
     return list(dict.fromkeys(_strays(folder)))
 
 
-def told_of_strays(folder: Path) -> str:
+def told_of_strays(folder: Path, about: Path | None = None) -> str:
     """The first of :func:`strays` with a space before it, to end a sentence on what is missing; empty where there are none.
 
-    A calibration without its boards is one of them here.
+    A calibration without its boards is one of them here. ``about``: the folder of what is missing; what lies in it is told first.
     """
     bereft = folder / CALIBRATION
     alone = [
         f"{bereft} counts only beside the boards that it was made of, and they are not here: put the folder calibration back."
     ]
     found = [*strays(folder), *(alone if is_bereft(bereft) else [])]
+    if about is not None:
+        found.sort(key=lambda sentence: f"{about}{os.sep}" not in sentence)
     return "".join(f" {sentence}" for sentence in found[:1])
+
+
+def other_pictures_in(folder: Path) -> list[Path]:
+    """Files of a folder that are pictures of kinds that a recording does not have."""
+    return [path for path in _files(folder) if path.suffix.lower() in OTHER_PICTURES]
 
 
 def is_bereft(calibration: Path) -> bool:
@@ -65,7 +73,7 @@ def _strays(folder: Path) -> Iterator[str]:
             side = _meant(sub.name, SIDES)
             if side and sub.name != side and not (inside / side).exists():
                 yield f"The folder {sub} is not read. Should its name be {side}?"
-            if side and (lost := [p for p in _files(sub) if p.suffix.lower() in OTHER_PICTURES]):
+            if side and (lost := other_pictures_in(sub)):
                 more = f" (nor are {len(lost) - 1} more)" if len(lost) > 1 else ""
                 yield f"{lost[0]} is not read{more}: pictures end in {', '.join(PICTURES[:-1])} or {PICTURES[-1]}. Save them so."
         if not (inside / TABLE).is_file() and any(_meant(sub.name, SIDES) for sub in _folders(inside)):

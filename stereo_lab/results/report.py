@@ -209,7 +209,11 @@ def calibration_lines(calibration: StereoCalibration) -> list[str]:
         for name, side, u, v, off in calibration.corners_left_out[:CORNERS_NAMED]
     ]
     if len(calibration.corners_left_out) > CORNERS_NAMED:
-        lines.append(f"  and without {len(calibration.corners_left_out) - CORNERS_NAMED} corners more")
+        *_, least = calibration.corners_left_out[-1]
+        lines.append(
+            f"  and without {len(calibration.corners_left_out) - CORNERS_NAMED} corners more, off by {least:.2f} px or more: farther than "
+            "the scatter of the others explains"
+        )
     lines += [
         f"reprojection error  {calibration.rms_px:.3f} px "
         f"(left {calibration.left_rms_px:.3f}, right {calibration.right_rms_px:.3f})",
