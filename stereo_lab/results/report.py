@@ -74,9 +74,9 @@ def warnings(results: Results) -> list[str]:
     """
     if "cone" in results.failed:
         return [results.failed["cone"]] if strays(results.recording.path) else []
-    ours, judged = results.localizers["cone"], results.found["cone"]
+    ours, judged = results.localizers.get("cone"), results.found.get("cone", [])
     missed, unlike = [sample for sample, place in judged if place is None], _far_off(judged)
-    said = ours.doubts if ours.misleads else []
+    said = ours.doubts if ours is not None and ours.misleads else []
     if max(len(missed), len(unlike)) > MOST_UNLIKE * len(judged):
         said = [*said, *_missed_told(missed, judged), *_far_off_told(unlike, judged)]
     return said
