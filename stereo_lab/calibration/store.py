@@ -165,9 +165,7 @@ def _user_path(key):
 
 
 def _key(recording):
-    pairs = recording.pairs(
-        "calibration"
-    )  # first: what is wrong with the boards comes before what is wrong with the balls
+    pairs = recording.pairs("calibration")  # first, for boards come before balls: so do their faults
     digest = hashlib.sha256(f"solver {SOLVER} {asdict(recording.board)} {distance_mm(recording)}".encode())
     for pair in pairs:
         for path in (pair.left_path, pair.right_path):
