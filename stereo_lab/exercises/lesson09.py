@@ -10,21 +10,28 @@ from stereo_lab.exercises.question import Question, lesson
 from stereo_lab.recording import Recording
 
 # Where and when a film is taken that tells nothing new, or all: another day alone, a room that it has seen, one that it has not
-NEW = "(an? ?)?(other|different|new|unseen|unknown)"
+NEW = "(an? ?)?(other|different|new|unseen|unknown|unfamiliar|strange|foreign)"
 DAY_ALONE = r"(on )?(the |a )?((next|another|other|new|different) (day|morning|week)|tomorrow|later|day later)"
 SEEN_ROOM = (
-    r"(?!.*\b(not|never)\b).*\b(((same|this|my|our|that|training) )+room|the room (where |in which )?(i|we))\b.*"
+    r"(?!.*\b(not|never)\b).*\b(((same|this|my|our|that|training) )+room|the room (where |in which )?(i|we|it)"
+    r" ((was|were|have|has|had) )?(\w+ed|learnt|made|took|shot))\b.*"
+)
+ROOM_OF_USE = (
+    "((frames|pictures|a film) )?((in|of|from) )*(the room )?(where |in which |that )?"
+    "(i|we)(['’]ll| will| want to| am going to| are going to)? use it( in)?( later)?"
 )
 # Named places, though nobody knows where the film was taken
 OTHER_PLACE = (
     "((frames|pictures|a (new )?film) )?((on|in|of|from|at) )*((the|my|our|a) )?"
-    "(kitchen|garden|garage|cellar|gym|school|outside|outdoors|somewhere else|elsewhere|friend['’]?s (house|place|home|room)"
+    "(kitchen|garden|garage|cellar|(school )?gym|school|outside|outdoors|somewhere else|elsewhere|(living|bed|bath|class|dining) ?room"
+    "|(friend|neighbou?r|grandma|grandpa|grandmother|grandfather|aunt|uncle|sister|brother)['’]?s (house|place|home|room|flat|kitchen)"
     f"|{NEW} (house|flat|building|school))"
 )
 NEW_DAY = f"(on )?(the |{NEW}) days?"
 NEW_ROOM = (
     f"((twenty|new) )?((frames|pictures|films?|a film) )?((on|in|of|from) )*((the )?{NEW} (rooms?|places?)"
-    "|an? (room|place) ((that )?(it|the detector) )?((has|had) )?(never|not) (yet )?(been )?(seen|saw)( before)?)"
+    "|an? (room|place) ((that )?(it|the detector) )?((has|had) )?(never|not) (yet )?(been )?(seen|saw)( before)?"
+    "|an? (room|place) (that )?(it|the detector) (does|did) not know)"
 )
 
 
@@ -279,6 +286,8 @@ def _judged_on():
             "what is to be new there must be new in the test.",
             same=(
                 ("(neither|none) of (them|these)[,;:]?", ""),
+                (f"^{ROOM_OF_USE}$", "another day in another room"),
+                (f"((film|frames|pictures) )?((on|in|of|from) )*{NEW} (day,? and (an? )?room|room,? and (an? )?day)", "another day in another room"),
                 (f"^({DAY_ALONE},? (and )?)?{OTHER_PLACE}(,? (and )?{DAY_ALONE})?$", "another day in another room"),
                 (f"(on )?(frames|pictures) ((that )?it (has|had) )?(never|not) (yet )?seen,? (in|from|of) {NEW} (room|place)", "another day in another room"),
                 (f"{NEW_ROOM}(,? (and )?{NEW_DAY})?|{NEW_DAY},? (and |but )?{NEW_ROOM}", "another day in another room"),
@@ -328,7 +337,7 @@ def _rule_of_three():
             (
                 *(Wrong(lambda n, law=law: law(n) / 100, is_a_share) for law in laws),
                 Wrong(lambda n: 100 * (1 - 0.95 ** (1 / n)), "so rare that none shows 95 times of 100. How frequent may it be so that none shows 5 times of 100?"),
-                *(Wrong(lambda n, of=of: of * (1 - 0.05**1 / n), "brackets are missing round 1 / n: ** comes before /.") for of in (1, 100)),
+                *(Wrong(lambda n, of=of: of * (1 - 0.05**1 / n), "that is 1 − 0.05 / n: 5 % divided by n. Its n-th root is asked for, 0.05 ** (1 / n), with brackets, for ** comes before /.") for of in (1, 100)),
                 Wrong(lambda n: 100 * 0.05 ** (1 / n), "that is 1 − q, the share of pictures that are rightly left empty. q is asked for."),
                 Wrong(lambda n: 0.05 ** (1 / n), "that is 1 − q, the share of pictures that are rightly left empty. q is asked for."),
                 Wrong(lambda n: 100 * 0.95**n, "that is how often none of n shows when each shows with 5 %. Asked for is q, not how often."),

@@ -61,7 +61,8 @@ def of_a_function(function: Callable, kind: Function, outputs: Sequence[Any]) ->
     if all(near(g, w, EXACT) for g, w in zip(given, wanted, strict=True)):
         return ""  # but for the brackets
     few = {w.size for w in wanted} <= {wanted[0].size} and wanted[0].size <= 3
-    told = rounded_number(function, right, inputs) or _rounds(function, right, inputs, given, wanted)
+    told = rounded_number(function, right, inputs)
+    told = told or next(filter(None, (_rounds(function, asked, kind, given) for asked in (right, *kind.also))), "")
     told = told or _relation(given, wanted, max(room, NEAR))
     told = told or _arguments(function, right, inputs, given, names)
     told = told or slip(1) or _from_above(function)
@@ -114,15 +115,24 @@ def _of_one(say_of, function, right, inputs, given, wanted, names, parts, room):
     return f"the {('first', 'second', 'third')[k]} number: {told}{alone}"
 
 
-def _rounds(function, right, inputs, given, wanted):
-    """Whether decimals are rounded or cut off: in the tries, where it may be by chance, and elsewhere."""
-    value, whole = np.concatenate(given), np.concatenate(wanted)
-    if np.array_equal(value, whole):
+def _rounds(function, right, kind, given):
+    """Whether decimals are rounded or cut off: in the tries, where it may be by chance, and elsewhere.
+
+    Where no argument makes sense twice as large there is no elsewhere.
+    """
+    value = np.concatenate(given)
+    whole = np.concatenate([np.ravel(right(*arguments)) for arguments in kind.inputs]).astype(float)
+    if value.shape != whole.shape or np.array_equal(value, whole):
         return ""
     ways = [lambda x, digits=digits: np.round(x, digits) for digits in range(4)]
-    for way in (*ways, np.floor, np.trunc):
+    steps = [lambda x, digits=digits: np.ceil(x * 10**digits) / 10**digits for digits in range(4)]
+    for way in (*ways, np.floor, np.trunc, *steps):
+        if not np.allclose(value, way(whole), rtol=0, atol=1e-9):
+            continue
         changed = lambda *arguments, way=way: way(np.asarray(right(*arguments), float))
-        if np.allclose(value, way(whole), rtol=0, atol=1e-9) and do_alike(function, changed, inputs):
+        if set(kind.names) <= set(kind.held) or do_alike(function, changed, kind.inputs):
+            if way in steps:
+                return f"your result goes up in steps of {0.1 ** steps.index(way):g}. Give the number with all its decimals: a formula has no steps."
             cut = "the decimals are cut off: int and // do that. Leave int away, and divide by a single /."
             return "you round. Give the number with all its decimals." if way in ways else cut
     return ""

@@ -146,7 +146,8 @@ class Number:
         if right.size == 1 and self.tolerance and two:
             with_point = f"{answer[0]}.{abs(answer[1])}"
             room = self.tolerance if abs(answer[0] - right) <= self.tolerance else 0.1 * abs(right)
-            if abs(float(with_point) - right) <= room:
+            is_all = np.isclose(answer[0], right, rtol=1e-9)  # then the second is no decimals of it
+            if not is_all and abs(float(with_point) - right) <= room:
                 return f"expected a number, these are 2: a comma parts them. Write {with_point} with a point."
         many = "this is one" if value.size == 1 else f"these are {value.size}"
         labels = f": {' and '.join(words[0] for words in self.labels)}" if self.labels else ""

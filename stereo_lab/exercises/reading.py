@@ -49,6 +49,10 @@ BOUNDS = (
     (rf"\b{A_LITTLE}(more\s+than|over|above)\s+(?=[-−.\d]|half\s)|,?\s+and\s+(an?\s+)?((little\s+)?bit|little|more)(\s+more)?$", 1),
     (rf"\b({A_LITTLE}(less\s+than|under|below)|almost)\s+(?=[-−.\d]|half\s)", -1),
 )  # fmt: skip
+RANGE = r"(?:[-–—]|(?:(?:up|down)\s+)?to|till|until)"  # what stands between its two ends
+# "one" for a thing and not for a number: "a wider one", "one that is twice as wide"
+SOME_ONE = re.compile(r"\b(?:an?|the)\s+[a-z]+\s+one\b|^(?:the\s+)?one\s+(?=(?:that|which|with|twice|double)\b)")
+FOLD = re.compile(rf"\b({'|'.join(IN_WORDS)})-?(?=(?:fold|times)\b)", re.IGNORECASE)  # "twofold", "two-times"
 # "twenty-four", "24 1/2"
 TENS_AND_ONES = re.compile(rf"\b({'|'.join(TENS)})[\s-]({'|'.join(NAMES[1:10])})\b")
 FRACTION = re.compile(r"(?<![\d./])(?:(\d+)\s+)?([1-9])\s?/\s?([2-9]|10)(?![\d/])")
@@ -61,7 +65,7 @@ UNITS = {
     **dict.fromkeys(("µm", "μm", "um", "micrometre", "micrometres"), ("mm", 0.001)), **dict.fromkeys(("inch", "inches"), ("mm", 25.4)),
     **dict.fromkeys(("px", "pixel", "pixels"), ("px", 1)), **dict.fromkeys(("%", "percent"), ("%", 1)),
     **dict.fromkeys(("ms", "millisecond", "milliseconds"), ("ms", 1)), **dict.fromkeys(("s", "second", "seconds"), ("ms", 1000)),
-    **dict.fromkeys(("°", "deg", "degree", "degrees"), ("degrees", 1)), **dict.fromkeys(("rad", "radian", "radians"), ("degrees", 180 / np.pi)),
+    **dict.fromkeys(("°", "deg", "degree", "degrees", "grad"), ("degrees", 1)), **dict.fromkeys(("rad", "radian", "radians"), ("degrees", 180 / np.pi)),
     **dict.fromkeys(("turn", "turns", "rev", "revs", "revolution", "revolutions", "rotation", "rotations", "circle", "circles"), ("degrees", 360)),
     **dict.fromkeys(("min", "minute", "minutes"), ("ms", 60_000)),
     **dict.fromkeys(("v", "volt", "volts"), ("V", 1)), "mb": ("MB", 1), "hz": (A_RATE, 1), "khz": (A_RATE, 1000), "kg": ("g", 1000), "g": ("g", 1),
@@ -70,7 +74,7 @@ UNITS = {
     **dict.fromkeys(("µs", "μs", "us", "microsecond", "microseconds"), ("ms", 0.001)), **dict.fromkeys(("ns", "nanosecond", "nanoseconds"), ("ms", 1e-6)),
     **dict.fromkeys(("h", "hour", "hours"), ("ms", 3_600_000)), "mrad": ("degrees", 0.18 / np.pi),
     **dict.fromkeys(("arcmin", "arcminutes"), ("degrees", 1 / 60)), **dict.fromkeys(("arcsec", "arcseconds"), ("degrees", 1 / 3600)),
-    **dict.fromkeys(("gon", "grad"), ("degrees", 0.9)),
+    "gon": ("degrees", 0.9),
 }  # fmt: skip
 # What is counted, and is no measure
 THINGS = re.compile(rf"{NUMBER.pattern}\s*(pairs?|pictures?|frames?|boards?|steps?|edges?)\b")
@@ -96,6 +100,7 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
     text = re.sub(r"^\s*(pi|π)(?=\s*rad)", f"{np.pi}", text, flags=re.I)
     text = re.sub(r"^\s*(?:(?:an?|one)\s)?half[\s-](an?\s)?(?=[a-z])", "0.5 ", text, flags=re.I)
     text = TENS_AND_ONES.sub(lambda part: f"{IN_WORDS[part[1].lower()][0]}{IN_WORDS[part[2].lower()]}", text)
+    text = FOLD.sub(lambda word: f"{IN_WORDS[word[1].lower()]} ", text)
     if count > 1:
         text = re.sub(r"(?<=\d)\s*\*\s*(?=\d)", " x ", text)  # 9*6
     if CODE.match(text.rpartition("=")[2]) or count == 1 and _is_to_work_out(text, unit):
@@ -103,6 +108,7 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
     plain = text.lower().replace("−", "-").rpartition("=")[2].strip().rstrip(" .")
     plain = re.sub(r"(?<=\d)\s?([½¼¾])|([½¼¾])", lambda part: PARTS[part[1] or part[2]], plain)  # 24½
     plain = re.sub(r"(?<![\d.])\.(?=\d)", "0.", plain)  # .05
+    plain = re.sub(r"(?<=\d)\s*(?:\.{2,}|…)\s*(?=[-\d])", " to ", plain)  # 7...8
     plain = re.sub(r"(?<=\d)\s*in$", " inches", plain)
     plain = re.sub(r"(?<=\d)\s+1\s*/\s*s$", " /s", plain)
     plain = re.sub(r"\s+or (more|so|thereabouts)\b", "", ROOM.sub(_without_room, plain))
@@ -114,6 +120,7 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
         plain = FRACTION.sub(lambda part: f"{int(part[1] or 0) + int(part[2]) / int(part[3]):g}", plain)
     if unit == "of 255":
         plain = re.sub(r"(out\s+of|of|/)\s*255$", "", plain).strip()
+    plain = SOME_ONE.sub("", plain) if count == 1 else plain
     if unit == "times":
         plain = re.sub(r"^(just )?(as large|the same|same|equal|unchanged)( as .*)?$", "1", plain)
     plain = re.sub(r"[a-z]+", lambda word: IN_WORDS.get(word[0], word[0]), plain)
@@ -129,10 +136,23 @@ def numbers_in(text: str, count: int, unit: str = "", labels: tuple[frozenset[st
         if len(found) == count:
             numbers = [float(number) for number in found]
             return _converted(numbers[0], parts, unit) if count == 1 else _in_order(numbers, parts, labels)
-    with_unit = re.findall(rf"({NUMBER.pattern})\s*{unit}\b", plain) if count == 1 and unit.isalpha() else []
-    if len(with_unit) == 1:  # "twice as much, 241 mm"
-        return [float(with_unit[0])]
-    return _no_number(plain, count)
+    with_unit = _with_its_unit(plain, unit) if count == 1 and unit.isalpha() else None
+    return _no_number(plain, count) if with_unit is None else [with_unit]
+
+
+def _with_its_unit(text, unit):
+    """The one number of several that the unit stands beside, as in "twice as much, 241 mm".
+
+    None where it is the end of a range, as in "0 to 50 mm", or where another measure stands beside it, as in "3 degrees, 8 mm".
+    """
+    found = re.findall(rf"({NUMBER.pattern})\s*{unit}\b", text)
+    if len(found) != 1 or re.search(rf"\d\s*{RANGE}\s*{re.escape(found[0])}\s*{unit}\b", text):
+        return None
+    right = float(found[0])
+    measures = re.findall(rf"({NUMBER.pattern})\s*([a-zµμ]+|[°%])", text)
+    beside = [(float(number), UNITS[word]) for number, word in measures if word in UNITS]
+    same = all(number == 1 or (kind, number * scale) == (unit, right) for number, (kind, scale) in beside)
+    return right if same else None
 
 
 def _is_to_work_out(text, unit):
@@ -168,12 +188,14 @@ def _converted(number, text, unit):
     """The one number in the unit that is asked for; where none is, whatever was written beside it does not matter."""
     if not unit:
         return [number]
-    told = re.sub(r"\s*/\s*", " per ", NUMBER.sub("", text)).strip()
+    told = re.sub(r"\s*/\s*", " per ", re.sub(r"[()\[\]]", "", NUMBER.sub("", text))).strip()
     if " per " in told or " per " in unit:
         above, _, below = ([UNITS.get(word, (word, 1)) for word in part.split()] for part in told.partition(" per "))
         other_rate = " per " in told and [name for name, _ in (*above, ("per", 1), *below)] != unit.split()
         a_speed = UNITS.get(told.rpartition(" ")[2], ("",))[0] == "ms" and " per " in told
         another = other_rate if " per " in unit or unit == A_RATE else a_speed
+        if told in UNITS:  # "1.4 mm" may leave "per px" away; "1.4 px" is another thing
+            another = UNITS[told] != UNITS[unit.partition(" ")[0]]
         scale = above[0][1] / below[0][1] if " per " in told and " per " in unit and not another else 1
         return f"{unit} is asked for, this is {told}." if another else [number * scale]
     things = THINGS.search(text)
