@@ -639,7 +639,7 @@ def test_focal_length_from_one_exact_picture():
 
 
 LOOKS = [("clutter/snaps", k, "red") for k in (0, 7, 14, 33, 58, 77)]
-LOOKS += [(f"clutter/{color}", 3, color) for color in ("green", "blue", "yellow", "orange")]
+LOOKS += [(f"clutter/{color}", n, color) for color, n in (("green", 3), ("blue", 3), ("yellow", 2), ("orange", 3))]
 LOOKS += [("bench/evaluation", 5, "red"), ("bench/track", 20, "red"), ("second_rig/evaluation", 2, "green")]
 
 
